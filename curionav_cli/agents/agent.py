@@ -1,0 +1,61 @@
+"""The contract: what an agent must be able to do. The loop (loop.py), as an agent sees it:
+
+    for each episode:
+        agent.begin()                                # forget what belongs to one episode
+        observation, info = where it stands
+        for N steps:
+            action = agent.act(observation, info)    # 0 forward 0.25 m, 1 left 10 deg, 2 right 10 deg
+            observation, info = env.step(action)
+        metrics = agent.learn(replay, iterations)    # K iterations on all that was lived so far
+        agent.save(folder)                           # load(folder) restores it to the bit
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from curionav_cli.storage.replay import Replay
+
+FORWARD, LEFT, RIGHT = 0, 1, 2
+
+
+class Agent:
+    """An agent without memory and without learning; the others override what they need.
+
+    learns: whether `learn` does anything (the loop keeps no replay in memory otherwise).
+    oracle: whether it is told what a robot cannot know (named so in every table).
+    """
+
+    learns = False
+    oracle = False
+
+    def __init__(self, seed: int):
+        self.rng = np.random.default_rng([seed, 1])  # the second number keeps it apart from the world's
+
+    def begin(self) -> None:
+        """An episode starts."""
+
+    def act(self, observation: dict[str, np.ndarray], info: dict[str, Any]) -> int:
+        """The next action.
+
+        observation: image (64, 64, 3) uint8, depth (64, 64) float32 metres.
+        info: pose (x, y, yaw), collided (did the last action fall short), episode.
+        """
+        raise NotImplementedError(f"{type(self).__name__}.act(observation, info) -> int")
+
+    def learn(self, replay: Replay, iterations: int, tick: Callable[[int], None]) -> dict[str, float]:
+        """K iterations on the replay; tick(i) after each. Metrics for metrics.jsonl."""
+        return {}
+
+    def save(self, folder: Path) -> None:
+        """Write all that `load` needs into an existing empty folder."""
+        (folder / "rng.json").write_text(json.dumps(self.rng.bit_generator.state))
+
+    def load(self, folder: Path) -> None:
+        """Become what was saved, random state included."""
+        self.rng.bit_generator.state = json.loads((folder / "rng.json").read_text())

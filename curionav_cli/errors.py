@@ -1,0 +1,33 @@
+"""What can go wrong by a person's doing, by name. The app prints the message and no traceback.
+
+    UserError                 exit code 2: wrong use or config; the message says how to mend it
+    ├── ConfigError           a setting, a group, an override
+    ├── SceneError            a scene file in conf/env
+    ├── MapError              a ROS map (YAML and image)
+    └── RunFolderError        not a run folder, half written, another environment or agent
+    RunFailed                 exit code 1: the run began and could not go on (full disk, non-finite loss)
+"""
+
+
+class UserError(Exception):
+    """Wrong use or configuration: one to four lines that name the fault and its cure."""
+
+
+class ConfigError(UserError):
+    """A setting that does not exist, or has a value it cannot have."""
+
+
+class SceneError(UserError):
+    """A scene file that describes no world one can stand in."""
+
+
+class MapError(UserError):
+    """A ROS map that cannot be opened or explored."""
+
+
+class RunFolderError(UserError):
+    """A folder that holds no run, or not the run that was asked for."""
+
+
+class RunFailed(Exception):
+    """The run began and could not go on; what it had saved is still there."""

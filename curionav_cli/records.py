@@ -1,0 +1,133 @@
+"""The nouns that travel between rooms: Pose, FloorPlan, Episode. Each can be saved and loaded.
+
+Frames. x points right and y up, in metres from the lower-left corner of the scene (for a ROS map:
+of its image); yaw is counter-clockwise from +x in radians. Cell (row, column) covers
+[column, column + 1) * cell in x and [row, row + 1) * cell in y, so row 0 is the lowest.
+"""
+
+from __future__ import annotations
+
+import io
+import json
+import os
+import zipfile
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import IO, Any, NamedTuple
+
+import numpy as np
+
+from curionav_cli.errors import RunFolderError
+
+
+class Pose(NamedTuple):
+    """Position in metres and yaw in radians, see the module for the frame."""
+
+    x: float
+    y: float
+    yaw: float
+
+
+@dataclass(frozen=True)
+class FloorPlan:
+    """What is left of a scene once it has been lived in: enough to count coverage and to draw it.
+
+    visitable, floor, solid: (rows, columns) bool. `visitable` are the cells whose centre the robot
+    can reach, `floor` every cell of the building, `solid` those covered by a wall or furniture.
+    """
+
+    visitable: np.ndarray
+    floor: np.ndarray
+    solid: np.ndarray
+    cell: float
+    start: Pose
+    radius: float
+    name: str = ""
+    map_origin: Pose = Pose(0.0, 0.0, 0.0)  # of the lower-left corner, in the frame of a ROS map
+
+    def cells(self, x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """(row, column) of positions in metres; positions outside are clipped to the border."""
+        rows, columns = self.visitable.shape
+        row = np.floor(np.asarray(y) / self.cell).astype(np.int64)
+        column = np.floor(np.asarray(x) / self.cell).astype(np.int64)
+        return np.clip(row, 0, rows - 1), np.clip(column, 0, columns - 1)
+
+    def save(self, path: Path) -> None:
+        numbers = {
+            "cell": self.cell, "start": list(self.start), "radius": self.radius,
+            "name": self.name, "map_origin": list(self.map_origin),
+        }
+        masks = {key: getattr(self, key) for key in ("visitable", "floor", "solid")}
+        write_arrays(path, {**masks, "numbers": np.array(json.dumps(numbers))})
+
+    @classmethod
+    def load(cls, path: Path) -> FloorPlan:
+        arrays = read_arrays(path, ("visitable", "floor", "solid", "numbers"))
+        numbers = json.loads(str(arrays.pop("numbers")))
+        numbers["start"], numbers["map_origin"] = Pose(*numbers["start"]), Pose(*numbers["map_origin"])
+        return cls(**arrays, **numbers)
+
+
+@dataclass(frozen=True)
+class Episode:
+    """One life of T steps between two visits to the start.
+
+    image (T+1, 64, 64, 3) uint8 RGB; action (T,) int64, 0 forward, 1 left, 2 right;
+    pose (T+1, 3) float64, x y yaw in metres and radians; collided (T,) bool, a forward move that was
+    cut short or cancelled; events: what changed in the world before it began (moved objects, light).
+    """
+
+    image: np.ndarray
+    action: np.ndarray
+    pose: np.ndarray
+    collided: np.ndarray
+    events: tuple[dict[str, Any], ...] = field(default=())
+
+    def __len__(self) -> int:
+        return len(self.action)
+
+    def save(self, path: Path) -> None:
+        write_arrays(path, {
+            "image": self.image, "action": self.action, "pose": self.pose,
+            "collided": self.collided, "events": np.array(json.dumps(self.events)),
+        })
+
+    @classmethod
+    def load(cls, path: Path) -> Episode:
+        arrays = read_arrays(path, ("image", "action", "pose", "collided", "events"))
+        events = tuple(json.loads(str(arrays.pop("events"))))
+        return cls(**arrays, events=events)
+
+
+def write_arrays(path: Path, arrays: dict[str, np.ndarray]) -> None:
+    """An npz that numpy.load reads, same bytes for the same arrays, finished or absent."""
+    def body(file: IO[bytes]) -> None:
+        with zipfile.ZipFile(file, "w") as archive:
+            for name, array in arrays.items():
+                raw = io.BytesIO()
+                np.lib.format.write_array(raw, np.asanyarray(array), allow_pickle=False)
+                archive.writestr(zipfile.ZipInfo(f"{name}.npy"), raw.getvalue(), zipfile.ZIP_DEFLATED, 1)
+    write_whole(path, body)
+
+
+def read_arrays(path: Path, names: tuple[str, ...]) -> dict[str, np.ndarray]:
+    """The named arrays of an npz. Raises RunFolderError where the file is broken or lacks one."""
+    try:
+        with np.load(path, allow_pickle=False) as archive:
+            return {name: archive[name] for name in names}
+    except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile) as error:
+        raise RunFolderError(f"{path} is not whole ({error}). Delete it, or restore it from a copy.") from error
+
+
+def write_whole(path: Path, body) -> None:
+    """Write beside, flush, rename: after a crash the file is the old one or the new one."""
+    beside = path.with_name(f".{path.name}.part")
+    try:
+        with open(beside, "wb") as file:
+            body(file)
+            file.flush()
+            os.fsync(file.fileno())
+        os.replace(beside, path)
+    except BaseException:
+        beside.unlink(missing_ok=True)
+        raise
