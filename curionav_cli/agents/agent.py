@@ -13,6 +13,7 @@
 from __future__ import annotations
 
 import json
+from abc import ABC, abstractmethod
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -24,7 +25,7 @@ from curionav_cli.storage.replay import Replay
 FORWARD, LEFT, RIGHT = 0, 1, 2
 
 
-class Agent:
+class Agent(ABC):
     """An agent without memory and without learning; the others override what they need.
 
     learns: whether `learn` does anything (the loop keeps no replay in memory otherwise).
@@ -40,13 +41,13 @@ class Agent:
     def begin(self) -> None:
         """An episode starts."""
 
+    @abstractmethod
     def act(self, observation: dict[str, np.ndarray], info: dict[str, Any]) -> int:
         """The next action.
 
         observation: image (64, 64, 3) uint8, depth (64, 64) float32 metres.
         info: pose (x, y, yaw), collided (did the last action fall short), episode.
         """
-        raise NotImplementedError(f"{type(self).__name__}.act(observation, info) -> int")
 
     def learn(self, replay: Replay, iterations: int, tick: Callable[[int], None]) -> dict[str, float]:
         """K iterations on the replay; tick(i) after each. Metrics for metrics.jsonl."""
