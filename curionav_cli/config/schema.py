@@ -5,3 +5,150 @@ A field without a default has its value in a YAML file. __post_init__ raises Val
 """
 
 from __future__ import annotations
+
+from dataclasses import dataclass, field
+from enum import Enum
+from typing import Any
+
+
+class Device(Enum):
+    """Where tensors live; auto takes a CUDA device if there is one."""
+
+    auto = "auto"
+    cpu = "cpu"
+    cuda = "cuda"
+
+
+class Scale(Enum):
+    """cpu: minutes on two cores; paper: the paper's hyperparameter table."""
+
+    cpu = "cpu"
+    paper = "paper"
+
+
+@dataclass(frozen=True)
+class Loop:
+    """One life: `episodes` times N `steps` of acting, then K `iterations` of learning."""
+
+    steps: int
+    iterations: int
+    episodes: int
+
+    def __post_init__(self) -> None:
+        within("loop.steps", self.steps, least=1)
+        within("loop.iterations", self.iterations, least=0)
+        within("loop.episodes", self.episodes, least=1)
+
+
+@dataclass(frozen=True)
+class Random:
+    """Each action equally likely."""
+
+    name: str
+
+
+@dataclass(frozen=True)
+class Sticky:
+    """Repeats its last action with probability `repeat`."""
+
+    name: str
+    repeat: float
+
+    def __post_init__(self) -> None:
+        within("agent.repeat", self.repeat, least=0, most=1)
+
+
+@dataclass(frozen=True)
+class Bounce:
+    """Forward until blocked, then a turn drawn from [min_turn, max_turn] degrees, either way."""
+
+    name: str
+    min_turn: float
+    max_turn: float
+
+    def __post_init__(self) -> None:
+        within("agent.min_turn", self.min_turn, least=10, most=180)
+        within("agent.max_turn", self.max_turn, least=self.min_turn, most=180)
+
+
+@dataclass(frozen=True)
+class Frontier:
+    """The oracle: is told the map, walks to the nearest cell it has not visited."""
+
+    name: str
+
+
+@dataclass(frozen=True)
+class Robot:
+    """ideal: perfect motion, put back to the start after each episode."""
+
+    name: str
+
+
+class Collision(Enum):
+    """A forward move that would hit something: is not made, ends there, or slides along (Habitat)."""
+
+    cancel = "cancel"
+    stop = "stop"
+    slide = "slide"
+
+
+@dataclass(frozen=True)
+class Env:
+    """A scene in metres and degrees; docs/scenes.md explains each key, world/scene_format.py the lists.
+
+    A scene either has a `size` or opens a ROS `map`. `visitable` is a promise about the number of
+    cells a robot of `visitable_radius` can reach: a scene that breaks it does not load.
+    """
+
+    name: str
+    radius: float
+    camera: float  # height of the camera above the floor
+    note: str = ""
+    size: list[float] | None = None  # x and y of the inside
+    map: str | None = None  # the YAML file of a ROS map
+    unknown_grey: int | None = None  # the grey value that means unknown, whatever the thresholds say
+    cell: float | None = None  # of the coverage grid; none: that of the map
+    height: float = 2.5
+    agent_height: float = 0.5
+    fov: float = 79.0
+    collision: Collision = Collision.cancel
+    start: list[float] | None = None  # x, y, degrees; none: the roomiest place
+    dock: list[float] | None = None  # none: the start
+    visitable: int | None = None
+    visitable_radius: float | None = None  # none: the radius above
+    visitable_sha256: str | None = None
+    rooms: list[Any] = field(default_factory=list)
+    walls: list[Any] = field(default_factory=list)
+    posters: list[Any] = field(default_factory=list)
+    lamps: list[Any] = field(default_factory=list)
+    furniture: list[Any] = field(default_factory=list)
+    repeat: list[Any] = field(default_factory=list)
+    tune: dict[str, Any] = field(default_factory=dict)
+    light: dict[str, Any] = field(default_factory=dict)
+    moves: list[Any] = field(default_factory=list)
+
+
+@dataclass(frozen=True)
+class Config:
+    """All settings of one run. `agent` is the dataclass of the chosen agent."""
+
+    seed: int
+    device: Device
+    scale: Scale
+    loop: Loop
+    env: Any
+    agent: Any
+    robot: Robot
+
+    def __post_init__(self) -> None:
+        within("seed", self.seed, least=0, most=2**32 - 1)
+
+
+def within(key: str, value: float, least: float = float("-inf"), most: float = float("inf")) -> None:
+    """Raises ValueError with 'key: ...' unless least <= value <= most (nan is never within)."""
+    if least <= value <= most:
+        return
+    if most == float("inf"):
+        raise ValueError(f"{key}: {value} is less than {least:g}")
+    raise ValueError(f"{key}: {value} is not between {least:g} and {most:g}")

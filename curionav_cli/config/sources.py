@@ -1,0 +1,106 @@
+"""Where settings come from: conf/ of this package, the directories of a user, and the schema.
+
+Hydra's search path, in order of rank: --config-dir, CURIONAV_CONFIG_PATH (directories separated as
+in PATH), conf/. The schema (schema.py) is registered under the hidden group `schema/`.
+"""
+
+from __future__ import annotations
+
+import logging
+import os
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import fields, is_dataclass
+from pathlib import Path
+from typing import get_type_hints
+
+from hydra import initialize_config_dir
+from hydra._internal.hydra import Hydra
+from hydra.core.config_search_path import ConfigSearchPath
+from hydra.core.config_store import ConfigStore
+from hydra.core.global_hydra import GlobalHydra
+from hydra.core.plugins import Plugins
+from hydra.plugins.search_path_plugin import SearchPathPlugin
+from omegaconf import DictConfig, OmegaConf
+
+from curionav_cli.config import schema
+from curionav_cli.errors import ConfigError
+
+MAIN = "config"  # conf/config.yaml
+
+AGENTS = {
+    "random": schema.Random,
+    "sticky": schema.Sticky,
+    "bounce": schema.Bounce,
+    "frontier": schema.Frontier,
+}
+
+
+def conf_dir() -> Path:
+    """conf/ inside the package (installed from a wheel), or beside it (a checkout)."""
+    package = Path(__file__).resolve().parent.parent
+    inside = package / "conf"
+    return inside if inside.is_dir() else package.parent / "conf"
+
+
+@contextmanager
+def opened(command: str, config_dir: Path | None = None) -> Iterator[Hydra]:
+    """Hydra on our search path; `command` names the job and its log.
+
+    Puts back the handlers of the root logger, which Hydra replaces by a file in the run folder.
+    Raises ConfigError where a directory of the user does not exist.
+    """
+    register(user_directories(config_dir))
+    root = logging.getLogger()
+    handlers, level = list(root.handlers), root.level
+    try:
+        with initialize_config_dir(str(conf_dir()), job_name=command, version_base="1.3"):
+            yield GlobalHydra.instance().hydra
+    finally:
+        for handler in set(root.handlers) - set(handlers):
+            handler.close()
+        root.handlers[:] = handlers
+        root.setLevel(level)
+
+
+def user_directories(config_dir: Path | None) -> list[Path]:
+    """The user's own config directories, the first one ranks highest."""
+    named = [("--config-dir", config_dir)] if config_dir else []
+    for part in os.environ.get("CURIONAV_CONFIG_PATH", "").split(os.pathsep):
+        if part:
+            named.append(("CURIONAV_CONFIG_PATH", Path(part)))
+    for origin, path in named:
+        if not path.is_dir():
+            raise ConfigError(f"{origin}: there is no directory {path}.")
+    return [path.resolve() for _, path in named]
+
+
+class UserDirectories(SearchPathPlugin):
+    """Puts the user's directories before conf/; the search path travels with the jobs of a launcher."""
+
+    paths: tuple[Path, ...] = ()
+
+    def manipulate_search_path(self, search_path: ConfigSearchPath) -> None:
+        for path in reversed(self.paths):
+            search_path.prepend(provider="user", path=f"file://{path}")
+
+
+def register(directories: list[Path]) -> None:
+    """Tell Hydra about the schema and the user's directories; once more changes nothing."""
+    UserDirectories.paths = tuple(directories)
+    Plugins.instance().register(UserDirectories)
+    store = ConfigStore.instance()
+    store.store(group="schema", name=MAIN, node=writable(schema.Config), package="_global_")
+    for name, node in AGENTS.items():
+        store.store(group="schema/agent", name=name, node=writable(node), package="agent")
+
+
+def writable(node: type) -> DictConfig:
+    """A frozen dataclass as a node that YAML and the command line may fill."""
+    config = OmegaConf.structured(node)
+    OmegaConf.set_readonly(config, None)
+    hints = get_type_hints(node)
+    for field in fields(node):
+        if is_dataclass(hints[field.name]):
+            config[field.name] = writable(hints[field.name])
+    return config
