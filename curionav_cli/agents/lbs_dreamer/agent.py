@@ -1,0 +1,104 @@
+"""LBS Dreamer, the agent of the paper: acts on filtered latent states, learns in imagination."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import torch
+
+from curionav_cli.agents.agent import Agent
+from curionav_cli.agents.lbs_dreamer.checkpoint import load_learner, save_learner
+from curionav_cli.agents.lbs_dreamer.learner import Learner, build_networks
+from curionav_cli.agents.lbs_dreamer.metrics import Meter
+from curionav_cli.agents.lbs_dreamer.world_model import Sequences
+from curionav_cli.config import schema
+from curionav_cli.errors import ConfigError, RunFailed
+from curionav_cli.storage.replay import NO_ACTION, Replay
+
+
+def resolve_device(device: str) -> torch.device:
+    """auto, cpu or cuda -> the device. Raises ConfigError for cuda where there is none."""
+    if device == "cuda" and not torch.cuda.is_available():
+        raise ConfigError("device=cuda, but torch sees no CUDA device here. Use device=auto or device=cpu.")
+    if device == "auto":
+        device = "cuda" if torch.cuda.is_available() else "cpu"
+    return torch.device(device)
+
+
+class LBSDreamer(Agent):
+    """DreamerV2's world model and actor-critic, with Latent Bayesian Surprise for a reward.
+
+    All randomness is its own: `rng` (numpy) draws sequences, `generator` (torch) everything else.
+    On a CPU the same seed and number of threads give the same bytes.
+    """
+
+    learns = True
+
+    def __init__(self, hyper: schema.LBSDreamer, seed: int, device: str):
+        super().__init__(seed)
+        self.hyper, self.device = hyper, resolve_device(device)
+        weights, other = (int(n) for n in self.rng.integers(2**62, size=2))
+        networks = build_networks(hyper, torch.Generator().manual_seed(weights), self.device)
+        self.learner = Learner(hyper, networks, torch.Generator(self.device).manual_seed(other))
+        self.begin()
+
+    def begin(self) -> None:
+        """Forget the episode: a zero state, no action yet."""
+        self.state = self.learner.networks.world_model.rssm.initial(1)
+        self.action = torch.tensor([NO_ACTION], device=self.device)
+
+    @torch.inference_mode()
+    def act(self, observation: dict[str, np.ndarray], info: dict[str, Any]) -> int:
+        """Filter the image into the state that is carried over the episode, then sample the policy."""
+        networks, hyper = self.learner.networks, self.hyper
+        model, rssm = networks.world_model, networks.world_model.rssm
+        patches = model.patches(torch.from_numpy(observation["image"]).to(self.device))
+        noise = torch.rand(1, hyper.latent_dimension + 1, generator=self.learner.generator, device=self.device)
+        self.state, _ = rssm.filter(self.state, rssm.action_input(self.action),
+                                    rssm.embed_input(model.encoder(patches)), noise[:, :-1])
+        self.action = networks.behaviour.act(self.state.features, noise[:, -1])
+        return int(self.action)
+
+    def learn(self, replay: Replay, iterations: int, tick: Callable[[int], None]) -> dict[str, float]:
+        """K updates; the means of their scalars.
+
+        Raises ConfigError where no episode is as long as a training sequence, RunFailed where a loss
+        or a gradient is not finite (the last save is then still a good one).
+        """
+        meter = Meter()
+        for iteration in range(iterations):
+            meter.add(self.learner.update(self._draw(replay)))
+            tick(iteration)
+        metrics = meter.read()
+        broken = [name for name, value in metrics.items() if not math.isfinite(value)]
+        if broken:
+            raise RunFailed(
+                f"training diverged: {', '.join(broken)} not finite after {self.learner.updates} updates. "
+                "The last checkpoint is unharmed; a lower agent.model_lr usually helps.")
+        return metrics
+
+    def save(self, folder: Path) -> None:
+        super().save(folder)
+        save_learner(self.learner, folder)
+
+    def load(self, folder: Path) -> None:
+        super().load(folder)
+        load_learner(self.learner, folder)
+        self.begin()
+
+    def _draw(self, replay: Replay) -> Sequences:
+        """A batch of sequences from the replay, time first, on the device."""
+        length = self.hyper.sequence_length
+        try:
+            batch = replay.sample(self.hyper.batch_size, length, self.rng)
+        except ValueError as error:
+            raise ConfigError(
+                f"no episode is long enough to learn from: a training sequence has {length} observations "
+                f"(agent.sequence_length), so loop.steps must be at least {length - 1}.") from error
+        image, action = (torch.from_numpy(batch[key]).transpose(0, 1) for key in ("image", "action"))
+        return Sequences(image.contiguous().to(self.device), action.to(self.device),
+                         torch.from_numpy(batch["is_start"]).to(self.device))

@@ -1,0 +1,26 @@
+"""Means of scalars over many updates, read from the device once."""
+
+from __future__ import annotations
+
+import torch
+from torch import Tensor
+
+
+class Meter:
+    """Sums on the device; a name that is missing in some updates is averaged over the others."""
+
+    def __init__(self) -> None:
+        self.sums: dict[str, Tensor] = {}
+        self.counts: dict[str, int] = {}
+
+    def add(self, scalars: dict[str, Tensor]) -> None:
+        for name, value in scalars.items():
+            self.sums[name] = self.sums[name] + value if name in self.sums else value
+            self.counts[name] = self.counts.get(name, 0) + 1
+
+    def read(self) -> dict[str, float]:
+        """Plain floats; one wait for the device."""
+        if not self.sums:
+            return {}
+        means = torch.stack([self.sums[name].double() / self.counts[name] for name in self.sums])
+        return dict(zip(self.sums, means.tolist(), strict=True))

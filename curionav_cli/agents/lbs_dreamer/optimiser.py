@@ -1,0 +1,57 @@
+"""Adam as the paper's table sets it: clipped by the global norm, weights decayed apart from the gradient."""
+
+from __future__ import annotations
+
+import torch
+from torch import Tensor, nn
+
+
+def clip_by_norm(gradients: list[Tensor], limit: float) -> Tensor:
+    """Scale in place to a global norm of at most `limit`; returns the norm before."""
+    norm = torch.linalg.vector_norm(torch.stack(torch._foreach_norm(gradients)))
+    torch._foreach_mul_(gradients, (limit / norm.clamp(min=limit)))
+    return norm
+
+
+class Optimiser:
+    """Adam on the parameters of one module.
+
+    Every tensor is multiplied by (1 - decay) before each step: the decay is not scaled by the
+    learning rate and does not pass through Adam's moments (DreamerV2; it is neither torch's
+    Adam(weight_decay) nor AdamW with the same number).
+    """
+
+    def __init__(self, module: nn.Module, rate: float, epsilon: float, decay: float, clip: float):
+        self.names, parameters = zip(*module.named_parameters(), strict=True)
+        self.parameters = list(parameters)
+        self.decay, self.clip = decay, clip
+        self.adam = torch.optim.Adam(self.parameters, lr=rate, eps=epsilon, fused=True)
+
+    def step(self, loss: Tensor) -> Tensor:
+        """One update of these parameters and no others; returns the gradient's norm, unclipped."""
+        gradients = list(torch.autograd.grad(loss, self.parameters))
+        norm = clip_by_norm(gradients, self.clip)
+        with torch.no_grad():
+            torch._foreach_mul_(self.parameters, 1 - self.decay)
+        for parameter, gradient in zip(self.parameters, gradients, strict=True):
+            parameter.grad = gradient
+        self.adam.step()
+        self.adam.zero_grad(set_to_none=True)
+        return norm
+
+    def state(self) -> dict[str, Tensor]:
+        """Adam's moments and step count by 'parameter/moment'; empty before the first step."""
+        return {
+            f"{name}/{key}": value
+            for name, parameter in zip(self.names, self.parameters, strict=True)
+            for key, value in self.adam.state.get(parameter, {}).items()
+        }
+
+    def load_state(self, tensors: dict[str, Tensor]) -> None:
+        """Take over what `state` returned."""
+        index = {name: position for position, name in enumerate(self.names)}
+        state: dict[int, dict[str, Tensor]] = {}
+        for path, tensor in tensors.items():
+            name, key = path.rsplit("/", 1)
+            state.setdefault(index[name], {})[key] = tensor
+        self.adam.load_state_dict({**self.adam.state_dict(), "state": state})
