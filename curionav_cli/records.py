@@ -11,6 +11,8 @@ import io
 import json
 import os
 import zipfile
+import zlib
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import IO, Any, NamedTuple
@@ -113,13 +115,14 @@ def write_arrays(path: Path, arrays: dict[str, np.ndarray]) -> None:
 def read_arrays(path: Path, names: tuple[str, ...]) -> dict[str, np.ndarray]:
     """The named arrays of an npz. Raises RunFolderError where the file is broken or lacks one."""
     try:
-        with np.load(path, allow_pickle=False) as archive:
-            return {name: archive[name] for name in names}
-    except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile) as error:
+        with open(path, "rb") as file, zipfile.ZipFile(file) as archive:
+            return {name: np.lib.format.read_array(io.BytesIO(archive.read(f"{name}.npy")), allow_pickle=False)
+                    for name in names}
+    except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile, zlib.error) as error:
         raise RunFolderError(f"{path} is not whole ({error}). Delete it, or restore it from a copy.") from error
 
 
-def write_whole(path: Path, body) -> None:
+def write_whole(path: Path, body: Callable[[IO[bytes]], object]) -> None:
     """Write beside, flush, rename: after a crash the file is the old one or the new one."""
     beside = path.with_name(f".{path.name}.part")
     try:

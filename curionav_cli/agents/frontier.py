@@ -1,0 +1,96 @@
+"""An oracle that is told the map: the shortest way, in actions, to the nearest cell not yet landed on."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from curionav_cli.agents.agent import FORWARD, LEFT, RIGHT, Agent
+from curionav_cli.records import FloorPlan
+from curionav_cli.world.motion import COS, HEADINGS, SIN, STEP, forward_clear
+
+PATIENCE = 50  # random steps before it searches again, once no new cell can be reached from where it is
+
+
+class Frontier(Agent):
+    """Breadth-first search over (cell, heading) with the world's own motion. An upper bound, not a rival."""
+
+    oracle = True
+
+    def __init__(self, seed: int, plan: FloorPlan):
+        super().__init__(seed)
+        self.plan = plan
+        self.visited = np.zeros(plan.visitable.shape, bool)
+        self.way: list[int] = []
+        self.wait = 0
+
+    def begin(self) -> None:
+        self.way, self.wait = [], 0
+
+    def act(self, observation: dict[str, np.ndarray], info: dict[str, Any]) -> int:
+        x, y, yaw = info["pose"]
+        self.visited[self.plan.cells(x, y)] = True
+        if info["collided"]:
+            self.way = []  # the world is not what the map says
+        if not self.way and self.wait == 0:
+            self.way = self.search(x, y, round(yaw / (2 * np.pi) * HEADINGS) % HEADINGS)
+            self.wait = 0 if self.way else PATIENCE
+        if self.way:
+            return self.way.pop(0)
+        self.wait -= 1
+        return int(self.rng.integers(3))
+
+    def search(self, x: float, y: float, heading: int) -> list[int]:
+        """The shortest list of actions that lands on an unvisited cell; [] if there is none.
+
+        A wave of poses (columns x, y, heading) grows by all three actions at once; of the poses that
+        share a cell and a heading the first is kept.
+        """
+        pose = np.array([[x, y, heading]])
+        seen = np.zeros(self.visited.size * HEADINGS, bool)
+        waves: list[tuple[np.ndarray, np.ndarray]] = []  # (action, parent's row in the wave before)
+        while len(pose):
+            pose, action, parent = self.grow(pose)
+            row, column = self.plan.cells(pose[:, 0], pose[:, 1])
+            cell = np.ravel_multi_index((row, column), self.visited.shape)
+            _, first = np.unique(cell * HEADINGS + pose[:, 2].astype(np.int64), return_index=True)
+            first = np.sort(first)
+            first = first[~seen[cell[first] * HEADINGS + pose[first, 2].astype(np.int64)]]
+            seen[cell[first] * HEADINGS + pose[first, 2].astype(np.int64)] = True
+            waves.append((action[first], parent[first]))
+            pose, new = pose[first], np.flatnonzero(~self.visited.flat[cell[first]])
+            if len(new):
+                return trace(waves, int(new[0]))
+        return []
+
+    def grow(self, pose: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """All poses one action further, with the action and the row they came from."""
+        x, y, heading = pose[:, 0], pose[:, 1], pose[:, 2].astype(np.int64)
+        clear = np.flatnonzero(forward_clear(self.plan.visitable, self.plan.cell, x, y, heading))
+        ahead = np.stack([x[clear] + STEP * COS[heading[clear]], y[clear] + STEP * SIN[heading[clear]],
+                          heading[clear]], 1)
+        left = np.stack([x, y, (heading + 1) % HEADINGS], 1)
+        right = np.stack([x, y, (heading - 1) % HEADINGS], 1)
+        rows = np.arange(len(pose))
+        action = np.repeat([FORWARD, LEFT, RIGHT], [len(clear), len(pose), len(pose)])
+        return np.concatenate([ahead, left, right]), action, np.concatenate([clear, rows, rows])
+
+    def save(self, folder: Path) -> None:
+        super().save(folder)
+        (folder / "visited.json").write_text(json.dumps(np.flatnonzero(self.visited).tolist()))
+
+    def load(self, folder: Path) -> None:
+        super().load(folder)
+        self.visited.flat[json.loads((folder / "visited.json").read_text())] = True
+
+
+def trace(waves: list[tuple[np.ndarray, np.ndarray]], row: int) -> list[int]:
+    """Walk back from a row of the last wave to the start; the actions in the order to take them."""
+    actions = []
+    for action, parent in reversed(waves):
+        actions.append(int(action[row]))
+        row = int(parent[row])
+    return actions[::-1]

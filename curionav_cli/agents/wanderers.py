@@ -1,0 +1,57 @@
+"""Agents that do not look: the floor that curiosity has to beat."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from curionav_cli.agents.agent import FORWARD, LEFT, RIGHT, Agent
+
+
+class Random(Agent):
+    """One of the three actions, each as likely."""
+
+    def act(self, observation: dict[str, np.ndarray], info: dict[str, Any]) -> int:
+        return int(self.rng.integers(3))
+
+
+class Sticky(Agent):
+    """Repeats its last action with probability `repeat`, else draws one: persistence without curiosity."""
+
+    def __init__(self, seed: int, repeat: float):
+        super().__init__(seed)
+        self.repeat = repeat
+        self.last: int | None = None
+
+    def begin(self) -> None:
+        self.last = None
+
+    def act(self, observation: dict[str, np.ndarray], info: dict[str, Any]) -> int:
+        if self.last is None or self.rng.random() >= self.repeat:
+            self.last = int(self.rng.integers(3))
+        return self.last
+
+
+class Bounce(Agent):
+    """Forward until a move is cut short, then a random turn: what a vacuum robot does.
+
+    least, most: bounds of the turn in steps of 10 degrees, both included.
+    """
+
+    def __init__(self, seed: int, least: int, most: int):
+        super().__init__(seed)
+        self.least, self.most = least, most
+        self.turns, self.direction = 0, LEFT
+
+    def begin(self) -> None:
+        self.turns = 0
+
+    def act(self, observation: dict[str, np.ndarray], info: dict[str, Any]) -> int:
+        if self.turns == 0 and info["collided"]:
+            self.turns = int(self.rng.integers(self.least, self.most + 1))
+            self.direction = LEFT if self.rng.random() < 0.5 else RIGHT
+        elif self.turns == 0:
+            return FORWARD
+        self.turns -= 1
+        return self.direction

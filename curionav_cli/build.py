@@ -1,0 +1,51 @@
+"""Config to objects: the only room that knows everybody. A new agent is one line in AGENTS."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import asdict
+from typing import Any
+
+from curionav_cli.agents.agent import Agent
+from curionav_cli.agents.frontier import Frontier
+from curionav_cli.agents.wanderers import Bounce, Random, Sticky
+from curionav_cli.config.schema import Config
+from curionav_cli.records import FloorPlan
+from curionav_cli.world.env import NavigationEnv
+from curionav_cli.world.motion import HEADINGS
+from curionav_cli.world.scene import Scene
+
+
+def scene(settings: Config) -> Scene:
+    """The world at rest. Raises SceneError or MapError."""
+    return Scene.from_dict(asdict(settings.env), f"env/{settings.env.name}.yaml")
+
+
+def env(settings: Config, world: Scene) -> NavigationEnv:
+    """The world with a robot in it; robot=ideal respawns."""
+    return NavigationEnv(world)
+
+
+def agent(settings: Config, plan: FloorPlan) -> Agent:
+    """Who lives in it."""
+    return AGENTS[settings.agent.name](settings, plan)
+
+
+def bounce(settings: Config, plan: FloorPlan) -> Agent:
+    degrees = 360 // HEADINGS
+    return Bounce(settings.seed, settings.agent.min_turn // degrees, settings.agent.max_turn // degrees)
+
+
+def lbs_dreamer(settings: Config, plan: FloorPlan) -> Agent:
+    from curionav_cli.agents.lbs_dreamer.agent import LBSDreamer  # torch is loaded for those who learn
+
+    return LBSDreamer(settings.agent, settings.seed, settings.device)
+
+
+AGENTS: dict[str, Callable[[Config, FloorPlan], Any]] = {
+    "random": lambda settings, plan: Random(settings.seed),
+    "sticky": lambda settings, plan: Sticky(settings.seed, settings.agent.repeat),
+    "bounce": bounce,
+    "frontier": lambda settings, plan: Frontier(settings.seed, plan),
+    "lbs_dreamer": lbs_dreamer,
+}

@@ -1,0 +1,125 @@
+"""curionav explore: an agent lives in a world; its run folder holds all that came of it."""
+
+from __future__ import annotations
+
+import errno
+import hashlib
+import logging
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+from curionav_cli import build
+from curionav_cli.agents.agent import Agent
+from curionav_cli.commands.progress import Report, report
+from curionav_cli.commands.recorder import Recorder
+from curionav_cli.config.schema import Config
+from curionav_cli.errors import RunFailed
+from curionav_cli.loop import LearnHere, live
+from curionav_cli.records import FloorPlan
+from curionav_cli.results.coverage import cover
+from curionav_cli.storage import checkpoint
+from curionav_cli.storage.replay import Replay
+from curionav_cli.storage.run_folder import RunFolder
+
+log = logging.getLogger(__name__)
+
+
+def explore(settings: Config, folder: Path, config: str, about: dict[str, Any]) -> RunFolder:
+    """Live the run in `folder` to its end; a folder that holds its beginning is continued.
+
+    config: config.yaml's text; about: run.json's content. Raises UserError before anything is
+    written, RunFailed where the run cannot go on.
+    """
+    world = build.scene(settings)
+    run, plan = RunFolder(folder), world.plan
+    fixed = fixed_settings(config, plan)
+    begun = run.config.is_file()
+    found = checkpoint.newest(run.checkpoints, fixed) if begun else None
+    if begun and run.status.get("state") == "done" and found and found[0] >= settings.loop.episodes:
+        return run
+    agent = build.agent(settings, plan)
+    try:
+        if begun:
+            go_on(run, agent, found)
+        else:
+            run.create(config, about, plan)
+        first = found[0] if found else 0
+        run.set_status(state="running", error=None, episodes=settings.loop.episodes)
+        show = report(name(settings), settings.loop.episodes, settings.loop.steps, settings.loop.iterations, first)
+        try:
+            live_run(settings, run, world, agent, fixed, first, show)
+        finally:
+            show.close()
+        draw(run)
+        run.set_status(state="done")
+    except BaseException as error:
+        failure = ended(run, error)
+        if failure is error:
+            raise
+        raise failure from error
+    return run
+
+
+def live_run(settings: Config, run: RunFolder, world: Any, agent: Agent, fixed: dict[str, Any], first: int,
+             show: Report) -> None:
+    """From episode `first` to the last."""
+    coverage = cover(run.plan, run.poses())
+    recorder = Recorder(run, agent, coverage, fixed, show)
+    replay = Replay.open(run.episode_paths()) if agent.learns else Replay()
+    learn = LearnHere(agent, replay, settings.loop.iterations, recorder, run.save_episode)
+    live(build.env(settings, world), agent, learn, episodes=settings.loop.episodes, steps=settings.loop.steps,
+         seed=settings.seed, watch=recorder, first=first)
+
+
+def go_on(run: RunFolder, agent: Agent, found: tuple[int, Path] | None) -> None:
+    """Put the run back to its newest checkpoint."""
+    episodes, folder = found or (0, None)
+    run.rewind(episodes)
+    if folder:
+        agent.load(folder)
+    print(f"{run.path}: goes on after {episodes} finished episode{'' if episodes == 1 else 's'}", flush=True)
+
+
+def ended(run: RunFolder, error: BaseException) -> BaseException:
+    """Note in status.json how the run ended; the error to raise for it."""
+    state, line = "failed", f"{type(error).__name__}: {error}"
+    if isinstance(error, KeyboardInterrupt):
+        state, line = "interrupted", "interrupted by Ctrl-C"
+    elif isinstance(error, OSError) and error.errno in (errno.ENOSPC, errno.EDQUOT):
+        error = RunFailed(f"The disk is full; what was saved in {run.path} is whole. "
+                          f"Free some space, then: curionav resume {run.path}")
+        line = str(error)
+    log.error("%s", line, exc_info=True)
+    try:
+        run.set_status(state=state, error=line)
+    except OSError as second:
+        log.error("status.json could not be written: %s", second)
+    return error
+
+
+def fixed_settings(config: str, plan: FloorPlan) -> dict[str, Any]:
+    """What a run may not change when it goes on; the mask stands for a map's image."""
+    settings = yaml.safe_load(config)
+    fixed = {key: settings[key] for key in ("env", "agent", "robot", "seed")}
+    fixed["loop"] = {key: settings["loop"][key] for key in ("steps", "iterations")}
+    return {**fixed, "visitable cells (sha256)": hashlib.sha256(plan.visitable.tobytes()).hexdigest()}
+
+
+def name(settings: Config) -> str:
+    return f"{settings.env.name} {settings.agent.name} seed {settings.seed}"
+
+
+def draw(run: RunFolder) -> None:
+    """The run's figures and table."""
+    from curionav_cli.results import plots, tables  # matplotlib is loaded once there is something to draw
+    from curionav_cli.results.runs import Run
+
+    result = Run(run)
+    share = f"{result.coverage.share:.1%} of {result.coverage.total} {result.denominator} cells"
+    plots.save(plots.heatmap(result.coverage, f"{result.label}: {share}"), run.figures / "heatmap.png")
+    plots.save(plots.curves([result], result.label), run.figures / "coverage.png")
+    row = result.row()
+    run.write("table.md", tables.markdown([row]))
+    run.write("results.csv", tables.comma_separated([row]))

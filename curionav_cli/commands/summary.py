@@ -1,0 +1,97 @@
+"""What a person sees at the end: a table of all runs, where the files are, what to type next."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from rich.console import Console
+from rich.table import Table
+
+from curionav_cli.errors import UserError
+from curionav_cli.records import write_whole
+from curionav_cli.results import plots, tables
+from curionav_cli.results.runs import Run
+
+SHOWN = ("env", "agent", "seed", "state", "steps", "visited", "cells", "coverage", "area", "to 50 %", "to 80 %",
+         "forward", "left", "right", "cancelled", "learning")
+
+
+def show_run(folder: Path, console: Console) -> None:
+    """The end of one run."""
+    print_table([Run.open(folder).row()], console)
+    print_files(console, folder, ("figures/heatmap.png", "figures/coverage.png", "table.md", "episodes"))
+    print_next(console, [f"curionav explore hydra.run.dir={folder} loop.episodes=N   (goes on to N episodes)",
+                         "curionav explore -m agent=lbs_dreamer,random,bounce seed=0,1,2,3,4",
+                         "curionav explore --help   (every setting)"])
+
+
+def show_sweep(root: Path, folders: Sequence[Path], console: Console) -> bool:
+    """The end of a sweep: figures and tables over its runs; whether all of them are done."""
+    runs, rows = [], []
+    for folder in folders:
+        try:
+            run = Run.open(folder)
+            rows.append(run.row())
+            if run.coverage.steps:
+                runs.append(run)
+        except UserError as error:
+            rows.append(failed_row(folder, error))
+    made = draw(root, runs)
+    write_text(root / "table.md", tables.markdown(rows))
+    write_text(root / "results.csv", tables.comma_separated(rows))
+    print_table(rows, console)
+    for row in rows:
+        if row["state"] != "done":
+            console.print(f"[bold]{row['state']}[/]: {row['folder']}: {row['error']}", soft_wrap=True)
+    print_files(console, root, [*made, "table.md", "results.csv"])
+    print_next(console, [f"curionav resume {root}/RUN   (continues an interrupted run)",
+                         "curionav explore -m agent=lbs_dreamer,random,bounce seed=0,1,2,3,4 hydra/launcher=joblib"])
+    return all(row["state"] == "done" for row in rows)
+
+
+def failed_row(folder: Path, error: UserError) -> dict[str, Any]:
+    """The row of a run that left nothing to read."""
+    keys = ("env", "agent", "seed", "state", "episodes", "steps", "marking", "denominator", "visited", "cells")
+    return {**dict.fromkeys(keys), "marking": "landing", "denominator": "visitable", "state": "failed",
+            "error": str(error), "folder": str(folder)}
+
+
+def draw(root: Path, runs: Sequence[Run]) -> list[str]:
+    """One coverage figure and one row of heatmaps for every environment."""
+    made = []
+    for env in dict.fromkeys(run.env for run in runs):
+        same = [run for run in runs if run.env == env]
+        (root / "figures").mkdir(exist_ok=True)
+        for kind, figure in (("coverage", plots.curves(same, env)), ("heatmaps", plots.heatmaps(same[:12]))):
+            plots.save(figure, root / "figures" / f"{kind}_{env}.png")
+            made.append(f"figures/{kind}_{env}.png")
+    return made
+
+
+def write_text(path: Path, text: str) -> None:
+    write_whole(path, lambda file: file.write(text.encode()))
+
+
+def print_table(rows: Sequence[dict[str, Any]], console: Console) -> None:
+    headings = [heading for heading, _, _ in tables.COLUMNS]
+    table = Table(caption=tables.meaning(rows))
+    for heading in SHOWN:
+        table.add_column(heading, justify="left" if heading in ("env", "agent", "state") else "right")
+    for row in rows:
+        line = dict(zip(headings, tables.cells(row), strict=True))
+        table.add_row(*(line[heading] for heading in SHOWN))
+    console.print(table)
+
+
+def print_files(console: Console, root: Path, names: Sequence[str]) -> None:
+    console.print("\n[bold]Files[/]")
+    for name in names:
+        console.print(f"  {root / name}", soft_wrap=True, highlight=False)
+
+
+def print_next(console: Console, lines: Sequence[str]) -> None:
+    console.print("\n[bold]Next[/]")
+    for line in lines:
+        console.print(f"  {line}", soft_wrap=True, highlight=False, markup=False)

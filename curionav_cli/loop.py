@@ -1,0 +1,82 @@
+"""The one episodic loop (paper, section "Lifelong learning"): N steps, then K iterations, then home.
+
+Simulation and robot differ only in env.reset(): respawn, or drive home and dock. `learn` is the other
+strategy: here, or on a server. The loop knows neither which environment nor which agent it runs.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from typing import Any, Protocol
+
+import gymnasium
+import numpy as np
+
+from curionav_cli.agents.agent import Agent
+from curionav_cli.records import Episode
+from curionav_cli.storage.replay import Replay
+
+
+class Watcher(Protocol):
+    """Who looks on: progress, metrics, checkpoints."""
+
+    def acted(self, step: int) -> None:
+        """One more step of the running episode is done."""
+
+    def learned(self, iteration: int) -> None:
+        """One more of the K iterations is done."""
+
+    def lived(self, index: int, episode: Episode, metrics: dict[str, float]) -> None:
+        """Episode `index` and the learning after it are done."""
+
+
+Learn = Callable[[int, Episode], dict[str, float]]
+
+
+def live(env: gymnasium.Env, agent: Agent, learn: Learn, *, episodes: int, steps: int, seed: int,
+         watch: Watcher, first: int = 0) -> None:
+    """Episodes `first` to `episodes`, `steps` steps each; learn(index, episode) gives metrics."""
+    observation, info = env.reset(seed=seed, options={"episode": first})
+    for index in range(first, episodes):
+        began = time.perf_counter()
+        episode = run_episode(env, agent, observation, info, steps, watch)
+        acted = time.perf_counter()
+        metrics = learn(index, episode)
+        seconds = {"seconds_acting": acted - began, "seconds_learning": time.perf_counter() - acted}
+        watch.lived(index, episode, {**metrics, **seconds})
+        if index + 1 < episodes:
+            observation, info = env.reset()
+
+
+def run_episode(env: gymnasium.Env, agent: Agent, observation: dict[str, np.ndarray], info: dict[str, Any],
+                steps: int, watch: Watcher) -> Episode:
+    """Live `steps` steps from where the robot stands."""
+    image = np.empty((steps + 1, *observation["image"].shape), np.uint8)
+    pose, action = np.empty((steps + 1, 3)), np.empty(steps, np.int64)
+    collided = np.empty(steps, bool)
+    events = info.get("events", ())
+    image[0], pose[0] = observation["image"], info["pose"]
+    agent.begin()
+    for t in range(steps):
+        action[t] = agent.act(observation, info)
+        observation, _, _, _, info = env.step(int(action[t]))
+        image[t + 1], pose[t + 1], collided[t] = observation["image"], info["pose"], info["collided"]
+        watch.acted(t + 1)
+    return Episode(image, action, pose, collided, tuple(events))
+
+
+class LearnHere:
+    """Store the episode, then K iterations on all that was lived so far, in this process."""
+
+    def __init__(self, agent: Agent, replay: Replay, iterations: int, watch: Watcher,
+                 store: Callable[[int, Episode], None]):
+        self.agent, self.replay, self.iterations = agent, replay, iterations
+        self.watch, self.store = watch, store
+
+    def __call__(self, index: int, episode: Episode) -> dict[str, float]:
+        self.store(index, episode)
+        if not self.agent.learns:
+            return {}
+        self.replay.add(episode)
+        return self.agent.learn(self.replay, self.iterations, self.watch.learned)

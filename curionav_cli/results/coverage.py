@@ -1,0 +1,131 @@
+"""Coverage from stored poses: which cells were visited, when for the first time, and how often.
+
+Two denominators: `visitable` (cells whose centre the robot can reach) and `floor` (every cell).
+Three rules of marking a cell: `landing` (where a step ends; the released C-BET's rule and our default),
+`swept` (every cell that the centre passes) and `footprint` (every cell whose centre the robot's disc
+covers where a step ends). A cell outside the denominator never counts, so coverage is at most 1.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+
+import numpy as np
+
+from curionav_cli.records import FloorPlan
+
+SWEEP = 50  # points looked at between two poses: one every 5 mm of a 0.25 m move
+
+Marks = tuple[np.ndarray, np.ndarray]  # (step, cell) of every mark, cells as flat indices
+
+
+def landing(plan: FloorPlan, pose: np.ndarray) -> Marks:
+    """The cell of each pose. pose: (T+1, 3)."""
+    row, column = plan.cells(pose[:, 0], pose[:, 1])
+    return np.arange(len(pose)), row * plan.visitable.shape[1] + column
+
+
+def swept(plan: FloorPlan, pose: np.ndarray) -> Marks:
+    """Every cell on the straight line from one pose to the next, and the first one's."""
+    at, moved = pose[:-1, :2], np.diff(pose[:, :2], axis=0)
+    going = np.flatnonzero(np.abs(moved).max(1) > 0)
+    part = np.linspace(0, 1, SWEEP + 1)[:, None, None]
+    x, y = np.moveaxis(at[going] + part * moved[going], 2, 0)
+    row, column = plan.cells(x, y)
+    cell = row * plan.visitable.shape[1] + column
+    step = np.broadcast_to(going + 1, cell.shape)
+    start_step, start_cell = landing(plan, pose)
+    both = np.unique(np.concatenate([start_step * plan.visitable.size + start_cell,
+                                     (step * plan.visitable.size + cell).ravel()]))
+    return both // plan.visitable.size, both % plan.visitable.size
+
+
+def footprint(plan: FloorPlan, pose: np.ndarray) -> Marks:
+    """Every cell whose centre lies within the robot's radius of a pose."""
+    reach = int(np.ceil(plan.radius / plan.cell)) + 1
+    rows, columns = plan.visitable.shape
+    row, column = plan.cells(pose[:, 0], pose[:, 1])
+    offset = np.arange(-reach, reach + 1)
+    r, c = np.broadcast_arrays(row[:, None, None] + offset[:, None], column[:, None, None] + offset)
+    apart = np.hypot((c + 0.5) * plan.cell - pose[:, 0, None, None],
+                     (r + 0.5) * plan.cell - pose[:, 1, None, None])
+    inside = (apart <= plan.radius) & (r >= 0) & (r < rows) & (c >= 0) & (c < columns)
+    step = np.broadcast_to(np.arange(len(pose))[:, None, None], inside.shape)
+    return step[inside], (r * columns + c)[inside]
+
+
+RULES: dict[str, Callable[[FloorPlan, np.ndarray], Marks]] = {
+    "landing": landing, "swept": swept, "footprint": footprint}
+DENOMINATORS = ("visitable", "floor")
+
+
+class Coverage:
+    """Counts cells episode by episode."""
+
+    def __init__(self, plan: FloorPlan, rule: str = "landing", denominator: str = "visitable"):
+        self.plan, self.rule, self.denominator = plan, rule, denominator
+        self.counted = getattr(plan, denominator)
+        self.visits = np.zeros(self.counted.shape, np.int64)
+        self.steps = 0
+        self.first: list[np.ndarray] = []  # the steps at which a new cell was found
+
+    def add(self, pose: np.ndarray) -> int:
+        """Count one episode, pose (T+1, 3); how many different cells it touched."""
+        step, cell = RULES[self.rule](self.plan, pose)
+        inside = self.counted.flat[cell]
+        step, cell = step[inside], cell[inside]
+        cells, at = np.unique(cell, return_index=True)  # the first of each: steps are in order
+        new = self.visits.flat[cells] == 0
+        self.first.append(np.sort(self.steps + step[at[new]]))
+        self.visits.ravel()[:] += np.bincount(cell, minlength=self.visits.size)
+        self.steps += len(pose) - 1
+        return len(cells)
+
+    @property
+    def visited(self) -> int:
+        return int((self.visits > 0).sum())
+
+    @property
+    def total(self) -> int:
+        return int(self.counted.sum())
+
+    @property
+    def share(self) -> float:
+        return self.visited / self.total
+
+    def curve(self) -> Curve:
+        return Curve(np.concatenate([[], *self.first]).astype(np.int64), self.steps, self.total)
+
+
+@dataclass(frozen=True)
+class Curve:
+    """When each new cell was found. found: (visited,) sorted steps; steps: lived in all; total: cells."""
+
+    found: np.ndarray
+    steps: int
+    total: int
+
+    def at(self, step: np.ndarray | int) -> np.ndarray:
+        """Cells visited after so many steps."""
+        return np.searchsorted(self.found, step, side="right")
+
+    def area(self) -> float:
+        """Mean share of the cells over the run: the area under the coverage curve, between 0 and 1."""
+        if not self.steps:
+            return 0.0
+        return float((self.steps - self.found).clip(0).sum() / (self.steps * self.total))
+
+    def steps_to(self, share: float) -> int | None:
+        """Steps until this share of the cells was visited; None if it never was."""
+        needed = int(np.ceil(share * self.total))
+        return int(self.found[needed - 1]) if 0 < needed <= len(self.found) else None
+
+
+def cover(plan: FloorPlan, poses: Iterable[np.ndarray], rule: str = "landing",
+          denominator: str = "visitable") -> Coverage:
+    """Coverage of a whole run."""
+    coverage = Coverage(plan, rule, denominator)
+    for pose in poses:
+        coverage.add(pose)
+    return coverage

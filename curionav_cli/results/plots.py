@@ -1,0 +1,109 @@
+"""Pictures: every function takes data and returns a figure; `save` writes it, same bytes every time."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import matplotlib
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.colors import LogNorm
+from matplotlib.figure import Figure
+from matplotlib.patches import Rectangle
+
+from curionav_cli.records import FloorPlan, write_whole
+from curionav_cli.results.coverage import Coverage
+from curionav_cli.results.runs import Run
+
+# One look for each agent, everywhere; the dashes tell them apart in greyscale.
+STYLES = {
+    "lbs_dreamer": ("#0b5fa5", "-"), "random": ("#8a8a8a", ":"), "sticky": ("#b7791f", "-."),
+    "bounce": ("#c2410c", "--"), "frontier": ("#15803d", (0, (1, 1))),
+}
+OTHER = ("#6d28d9", (0, (5, 1, 1, 1)))
+SOLID, OUTSIDE = "#4b5563", "#ffffff"
+matplotlib.rcParams.update({
+    "figure.dpi": 110, "font.size": 9, "axes.spines.top": False, "svg.hashsalt": "curionav",
+    "axes.titlesize": 9, "legend.frameon": False,
+})
+
+
+def save(figure: Figure, path: Path) -> None:
+    """PNG and PDF beside each other, finished or absent, without dates in them."""
+    for suffix, metadata in ((".png", {"Software": None}), (".pdf", {"CreationDate": None})):
+        write_whole(path.with_suffix(suffix),
+                    lambda file, s=suffix, m=metadata: figure.savefig(file, format=s[1:], metadata=m))
+
+
+def heatmap(coverage: Coverage, title: str) -> Figure:
+    """Visits of every cell over the floor plan, on a log scale; the start is a blue square."""
+    rows, columns = coverage.visits.shape
+    height = 1.0 + 5.2 * min(1.0, rows / columns)
+    figure = Figure((1.8 + (height - 1.0) * columns / rows, height), layout="constrained")
+    draw_heatmap(figure, figure.add_subplot(), coverage, title)
+    return figure
+
+
+def heatmaps(runs: Sequence[Run]) -> Figure:
+    """The heatmaps of several runs side by side, on one scale."""
+    most = max(int(run.coverage.visits.max()) for run in runs)
+    across = min(len(runs), 4)
+    down = -(-len(runs) // across)
+    shape = runs[0].coverage.visits.shape
+    figure = Figure((2.9 * across, min(7.0, 0.9 + 2.4 * shape[0] / shape[1]) * down), layout="constrained")
+    for place, run in enumerate(runs, 1):
+        title = f"{run.agent}, seed {run.seed}\n{run.coverage.share:.1%} of {run.coverage.total} cells"
+        draw_heatmap(figure, figure.add_subplot(down, across, place), run.coverage, title, most)
+    return figure
+
+
+def draw_heatmap(figure: Figure, axes: Axes, coverage: Coverage, title: str, most: int | None = None) -> None:
+    plan = coverage.plan
+    rows, columns = coverage.visits.shape
+    extent = (0, columns * plan.cell, 0, rows * plan.cell)
+    draw_plan(axes, plan, extent)
+    shown = np.ma.masked_equal(coverage.visits, 0)
+    most = max(2, most or int(coverage.visits.max()))
+    picture = axes.imshow(shown, norm=LogNorm(1, most), cmap="inferno_r", origin="lower", extent=extent)
+    side = max(plan.cell, 0.012 * max(extent))
+    axes.add_patch(Rectangle((plan.start.x - side, plan.start.y - side), 2 * side, 2 * side,
+                             facecolor="#1d4ed8", edgecolor="white", linewidth=0.8, zorder=3))
+    axes.set(title=title, xlabel="x (m)", ylabel="y (m)")
+    figure.colorbar(picture, ax=axes, shrink=0.8, label=f"visits to a cell ({coverage.rule})")
+
+
+def draw_plan(axes: Axes, plan: FloorPlan, extent: tuple[float, ...]) -> None:
+    """Obstacles dark, cells that can be visited light, floor out of reach between; cropped to the building."""
+    picture = np.ones((*plan.floor.shape, 3))
+    picture[plan.floor] = matplotlib.colors.to_rgb("#e5e7eb")
+    picture[plan.visitable] = matplotlib.colors.to_rgb("#f3f4f6")
+    picture[plan.solid] = matplotlib.colors.to_rgb(SOLID)
+    axes.imshow(picture, origin="lower", extent=extent, interpolation="nearest")
+    used = np.argwhere(plan.floor)
+    low, high = (used.min(0) - 2) * plan.cell, (used.max(0) + 3) * plan.cell
+    axes.set_xlim(max(0, low[1]), min(extent[1], high[1]))
+    axes.set_ylim(max(0, low[0]), min(extent[3], high[0]))
+
+
+def curves(runs: Sequence[Run], title: str) -> Figure:
+    """Visited cells (left) and their share (right) over steps, the number of cells as a dotted line."""
+    figure = Figure((6.4, 3.8), layout="constrained")
+    axes = figure.add_subplot()
+    named: set[str] = set()
+    for run in runs:
+        colour, dashes = STYLES.get(run.agent, OTHER)
+        steps = np.unique(np.concatenate([run.curve.found, np.linspace(0, run.curve.steps, 400).astype(int)]))
+        axes.plot(steps, run.curve.at(steps), color=colour, linestyle=dashes, linewidth=1.6,
+                  label=None if run.agent in named else run.agent)
+        named.add(run.agent)
+    total = max(run.coverage.total for run in runs)
+    axes.axhline(total, color="#b91c1c", linestyle=":", linewidth=1.4)
+    axes.annotate(f"{total} {runs[0].denominator} cells", (0.01, total), xycoords=("axes fraction", "data"),
+                  xytext=(0, -11), textcoords="offset points", color="#b91c1c")
+    axes.set(title=title, xlabel="steps", ylabel=f"visited cells ({runs[0].rule})", ylim=(0, total * 1.04),
+             xlim=(0, max(run.curve.steps for run in runs)))
+    share = axes.secondary_yaxis("right", functions=(lambda n: 100 * n / total, lambda p: p * total / 100))
+    share.set_ylabel(f"share of {runs[0].denominator} cells (%)")
+    axes.legend(loc="lower right")
+    return figure

@@ -1,0 +1,91 @@
+"""A finished or running run, as results see it: what was set, what was lived, what it covered."""
+
+from __future__ import annotations
+
+from collections import Counter
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+from curionav_cli.records import FloorPlan, read_arrays
+from curionav_cli.results.coverage import Coverage, Curve, cover
+from curionav_cli.storage.run_folder import RunFolder
+
+ACTIONS = ("forward", "left", "right")
+
+
+@dataclass
+class Run:
+    """Read lazily from a run folder; nothing is kept that the folder does not hold."""
+
+    folder: RunFolder
+    rule: str = "landing"
+    denominator: str = "visitable"
+
+    @classmethod
+    def open(cls, path: Path) -> Run:
+        """Raises RunFolderError where `path` is no run."""
+        return cls(RunFolder.existing(path))
+
+    @cached_property
+    def config(self) -> dict[str, Any]:
+        return yaml.safe_load(self.folder.config.read_text())
+
+    @property
+    def env(self) -> str:
+        return self.config["env"]["name"]
+
+    @property
+    def agent(self) -> str:
+        return self.config["agent"]["name"]
+
+    @property
+    def seed(self) -> int:
+        return self.config["seed"]
+
+    @property
+    def label(self) -> str:
+        return f"{self.env}, {self.agent}, seed {self.seed}"
+
+    @cached_property
+    def plan(self) -> FloorPlan:
+        return self.folder.plan
+
+    @cached_property
+    def coverage(self) -> Coverage:
+        return cover(self.plan, self.folder.poses(), self.rule, self.denominator)
+
+    @cached_property
+    def curve(self) -> Curve:
+        return self.coverage.curve()
+
+    def row(self) -> dict[str, Any]:
+        """One line of a table; shares between 0 and 1, missing numbers as None."""
+        metrics = self.folder.metrics()
+        status = self.folder.status
+        mix = Counter(self.actions())
+        steps = max(1, sum(mix.values()))
+        return {
+            "env": self.env, "agent": self.agent, "seed": self.seed, "state": status.get("state"),
+            "episodes": len(metrics), "steps": self.coverage.steps, "marking": self.rule,
+            "denominator": self.denominator, "visited": self.coverage.visited, "cells": self.coverage.total,
+            "coverage": self.coverage.share, "area_under_curve": self.curve.area(),
+            **{f"steps_to_{share:.0%}".replace("%", ""): self.curve.steps_to(share) for share in (0.5, 0.8, 0.9)},
+            **{name: mix[index] / steps for index, name in enumerate(ACTIONS)},
+            "cancelled": weighted(metrics, "cancelled"),
+            "seconds_acting": sum(row["seconds_acting"] for row in metrics),
+            "seconds_learning": sum(row["seconds_learning"] for row in metrics),
+            "error": status.get("error"), "folder": str(self.folder.path),
+        }
+
+    def actions(self) -> list[int]:
+        """Every action of the run, in order."""
+        return [int(a) for path in self.folder.episode_paths() for a in read_arrays(path, ("action",))["action"]]
+
+
+def weighted(metrics: list[dict[str, Any]], key: str) -> float | None:
+    """The mean of a metric over episodes of equal length."""
+    return sum(row[key] for row in metrics) / len(metrics) if metrics else None

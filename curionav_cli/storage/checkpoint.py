@@ -1,0 +1,82 @@
+"""A checkpoint is a folder, finished or absent. What is in it is the agent's business.
+
+    checkpoint/
+        000003/            after three finished episodes
+            settings.json  the settings that the run may not change when it goes on
+            ...            what agent.save wrote
+            done           empty, written last
+        000004/            the newest; the one before it is kept
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+from curionav_cli.errors import RunFolderError
+
+KEPT = 2
+
+
+def save(root: Path, episodes: int, settings: dict[str, Any], write: Callable[[Path], None]) -> None:
+    """Save the state after `episodes` finished episodes; write(folder) fills it."""
+    beside = root / f"{episodes:06d}.part"
+    shutil.rmtree(beside, ignore_errors=True)
+    beside.mkdir(parents=True)
+    (beside / "settings.json").write_text(json.dumps(settings, sort_keys=True))
+    write(beside)
+    for file in beside.rglob("*"):
+        flush(file)
+    (beside / "done").touch()
+    flush(beside)
+    final = root / f"{episodes:06d}"
+    shutil.rmtree(final, ignore_errors=True)
+    os.replace(beside, final)
+    flush(root)
+    for old in finished(root)[:-KEPT]:
+        shutil.rmtree(old)
+
+
+def flush(path: Path) -> None:
+    """Have the operating system put a file or a folder's listing on the disk."""
+    handle = os.open(path, os.O_RDONLY)
+    try:
+        os.fsync(handle)
+    finally:
+        os.close(handle)
+
+
+def finished(root: Path) -> list[Path]:
+    """The whole checkpoints, oldest first."""
+    return sorted(folder for folder in root.glob("[0-9]" * 6) if (folder / "done").exists())
+
+
+def newest(root: Path, settings: dict[str, Any]) -> tuple[int, Path] | None:
+    """(finished episodes, folder) to go on from. Raises RunFolderError where the settings differ."""
+    folders = finished(root)
+    if not folders:
+        return None
+    saved = json.loads((folders[-1] / "settings.json").read_text())
+    changed = differences(saved, json.loads(json.dumps(settings)))
+    if changed:
+        raise RunFolderError(
+            f"{root.parent} cannot go on with other settings: {changed[0]}. "
+            "Put it back, or start a new run in another folder.")
+    return int(folders[-1].name), folders[-1]
+
+
+def differences(was: Any, now: Any, key: str = "") -> list[str]:
+    """'key was A, now B' for every leaf that differs."""
+    if isinstance(was, dict) and isinstance(now, dict):
+        keys = sorted(was.keys() | now.keys())
+        return [line for k in keys for line in differences(was.get(k), now.get(k), f"{key}.{k}" if key else k)]
+    return [] if was == now else [f"{key} was {brief(was)}, now {brief(now)}"]
+
+
+def brief(value: Any) -> str:
+    text = json.dumps(value)
+    return text if len(text) <= 60 else f"{text[:57]}..."

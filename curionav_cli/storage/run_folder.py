@@ -1,0 +1,125 @@
+"""A run on disk. Everything that results draw is read from here; a save is finished or absent.
+
+    config.yaml      every setting, resolved; with it the run can be repeated
+    run.json         command, versions, device, engine, git commit
+    status.json      state (running, done, failed, interrupted), episode, steps, coverage, error
+    plan.npz         the floor plan: cells, start, obstacles
+    metrics.jsonl    one object an episode
+    episodes/        000000.npz ...
+    checkpoint/      the state of the agent after the last two episodes
+    figures/         heatmap.png, coverage.png
+    table.md  results.csv
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from curionav_cli.errors import RunFolderError
+from curionav_cli.records import Episode, FloorPlan, read_arrays, write_whole
+
+
+class RunFolder:
+    """Paths, and reading and writing what is at them."""
+
+    def __init__(self, path: Path):
+        self.path = Path(path)
+        self.config = self.path / "config.yaml"
+        self.checkpoints = self.path / "checkpoint"
+        self.figures = self.path / "figures"
+        self.metrics_file = self.path / "metrics.jsonl"
+
+    @classmethod
+    def existing(cls, path: Path) -> RunFolder:
+        """The run at `path`. Raises RunFolderError where there is none."""
+        run = cls(path)
+        if not run.path.is_dir():
+            raise RunFolderError(f"There is no folder {path}.")
+        if not run.config.is_file():
+            raise RunFolderError(f"{path} holds no run: it has no config.yaml. Give the folder of one run, "
+                                 "such as outputs/DATE/TIME_small_room_random_0.")
+        return run
+
+    def create(self, config: str, about: dict[str, Any], plan: FloorPlan) -> None:
+        """Begin the run. config.yaml comes last: a folder that has it has the rest."""
+        for folder in (self.path / "episodes", self.checkpoints, self.figures):
+            folder.mkdir(parents=True, exist_ok=True)
+        plan.save(self.path / "plan.npz")
+        self.write("run.json", json.dumps(about, indent=2))
+        self.write("config.yaml", config)
+
+    def write(self, name: str, text: str) -> None:
+        """A whole text file in the run's folder."""
+        write_whole(self.path / name, lambda file: file.write(text.encode()))
+
+    # -- status -----------------------------------------------------------------------------------
+
+    @property
+    def status(self) -> dict[str, Any]:
+        """status.json; {} before the run has written one. Raises RunFolderError where it is broken."""
+        try:
+            return json.loads((self.path / "status.json").read_text())
+        except FileNotFoundError:
+            return {}
+        except ValueError as error:
+            raise RunFolderError(f"{self.path / 'status.json'} is not JSON ({error}). Delete it.") from error
+
+    def set_status(self, **changes: Any) -> None:
+        self.write("status.json", json.dumps({**self.status, **changes}, indent=2))
+
+    @property
+    def plan(self) -> FloorPlan:
+        return FloorPlan.load(self.path / "plan.npz")
+
+    # -- episodes and metrics ---------------------------------------------------------------------
+
+    def episode_path(self, index: int) -> Path:
+        return self.path / "episodes" / f"{index:06d}.npz"
+
+    def episode_paths(self) -> list[Path]:
+        """The episodes in order, up to the first that is missing."""
+        paths = []
+        while (path := self.episode_path(len(paths))).exists():
+            paths.append(path)
+        return paths
+
+    def save_episode(self, index: int, episode: Episode) -> None:
+        episode.save(self.episode_path(index))
+
+    def poses(self) -> Iterator[np.ndarray]:
+        """(T+1, 3) of every episode, without reading its images."""
+        for path in self.episode_paths():
+            yield read_arrays(path, ("pose",))["pose"]
+
+    def metrics(self) -> list[dict[str, Any]]:
+        """One dictionary an episode; a torn last line is left out."""
+        rows = []
+        for line in self.metrics_file.read_text().splitlines() if self.metrics_file.exists() else []:
+            try:
+                rows.append(json.loads(line))
+            except ValueError:
+                break
+        return rows
+
+    def append_metrics(self, row: dict[str, Any]) -> None:
+        with open(self.metrics_file, "a") as file:
+            file.write(json.dumps(row) + "\n")
+
+    def rewind(self, episodes: int) -> None:
+        """Forget what came after the first `episodes` episodes. Raises RunFolderError if one is missing."""
+        paths = self.episode_paths()
+        if len(paths) < episodes:
+            raise RunFolderError(f"{self.episode_path(len(paths))} is missing, so the run cannot go on. "
+                                 "Restore it from a copy.")
+        rows = self.metrics()
+        if len(rows) < episodes:
+            raise RunFolderError(f"{self.metrics_file} ends after {len(rows)} of {episodes} episodes, "
+                                 "so the run cannot go on. Restore it from a copy.")
+        for path in paths[episodes:]:
+            path.unlink()
+        self.write("metrics.jsonl", "".join(json.dumps(row) + "\n" for row in rows[:episodes]))

@@ -1,0 +1,55 @@
+"""Coverage against counting by hand."""
+
+import numpy as np
+import pytest
+
+from curionav_cli.results.coverage import RULES, Coverage, Curve, cover
+
+
+def walk(*points):
+    return np.array([[x, y, 0.0] for x, y in points])
+
+
+def test_landing_counts_the_cells_where_steps_end(a_plan):
+    plan = a_plan(rows=4, columns=6, cell=0.1)
+    coverage = Coverage(plan)
+    assert coverage.add(walk((0.15, 0.15), (0.35, 0.15), (0.35, 0.15), (0.15, 0.15))) == 2
+    assert coverage.visits[1].tolist() == [0, 2, 0, 2, 0, 0] and coverage.visited == 2 and coverage.steps == 3
+    coverage.add(walk((0.15, 0.15), (0.15, 0.25)))
+    assert coverage.curve().found.tolist() == [0, 1, 4]
+    assert coverage.share == pytest.approx(3 / coverage.total)
+
+
+def test_swept_adds_the_cells_between_and_footprint_those_under_the_robot(a_plan):
+    plan = a_plan(rows=4, columns=6, cell=0.1, radius=0.11)
+    pose = walk((0.15, 0.15), (0.35, 0.15))
+    cells = {rule: {divmod(int(cell), 6) for cell in RULES[rule](plan, pose)[1]} for rule in RULES}
+    assert cells["landing"] == {(1, 1), (1, 3)}
+    assert cells["swept"] == {(1, 1), (1, 2), (1, 3)}
+    assert cells["footprint"] == {(1, 0), (1, 1), (1, 2), (0, 1), (2, 1), (1, 3), (1, 4), (0, 3), (2, 3)}
+
+
+@pytest.mark.parametrize("rule", RULES)
+def test_coverage_never_passes_one_and_only_grows(a_plan, rule):
+    plan = a_plan(rows=12, columns=9, cell=0.1, hole=True)
+    rng = np.random.default_rng(0)
+    poses = [np.column_stack([rng.uniform(0, 0.9, 300), rng.uniform(0, 1.2, 300), np.zeros(300)]) for _ in range(9)]
+    coverage = cover(plan, poses, rule)
+    assert coverage.visited == coverage.total and coverage.share == 1.0
+    curve = coverage.curve()
+    assert len(curve.found) == coverage.total and (np.diff(curve.found) >= 0).all()
+    assert coverage.total == plan.visitable.sum() and not coverage.visits[~plan.visitable].any()
+
+
+def test_the_floor_is_the_other_denominator(a_plan):
+    plan = a_plan(rows=12, columns=9, cell=0.1, hole=True)
+    assert Coverage(plan, denominator="floor").total == plan.floor.sum() > plan.visitable.sum()
+
+
+def test_area_and_steps_to_a_share():
+    curve = Curve(found=np.array([0, 2, 4, 8]), steps=10, total=5)
+    by_hand = np.mean([np.sum(curve.found <= step) / 5 for step in range(10)])
+    assert curve.area() == pytest.approx(by_hand)
+    assert [curve.steps_to(share) for share in (0.2, 0.5, 0.8, 0.9)] == [0, 4, 8, None]
+    assert curve.at(np.array([0, 1, 2, 10])).tolist() == [1, 1, 2, 4]
+    assert Curve(np.array([], np.int64), 0, 5).area() == 0.0
