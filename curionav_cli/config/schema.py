@@ -215,6 +215,7 @@ class Env:
     tune: dict[str, Any] = field(default_factory=dict)
     light: dict[str, Any] = field(default_factory=dict)
     moves: list[Any] = field(default_factory=list)
+    changes: bool = True  # false: neither light nor moves, whatever stands there
 
 
 @dataclass(frozen=True)
@@ -225,7 +226,7 @@ class Config:
     device: Device
     scale: Scale
     loop: Loop
-    env: Any
+    env: Env
     agent: Any
     robot: Robot
 
@@ -238,5 +239,5 @@ def within(key: str, value: float, least: float = float("-inf"), most: float = f
     if least <= value <= most:
         return
     if most == float("inf"):
-        raise ValueError(f"{key}: {value} is less than {least:g}")
-    raise ValueError(f"{key}: {value} is not between {least:g} and {most:g}")
+        raise ValueError(f"{key}: {value} is less than {least}")
+    raise ValueError(f"{key}: {value} is not between {least} and {most}")

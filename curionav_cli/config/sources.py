@@ -33,6 +33,7 @@ AGENTS = {
     "sticky": schema.Sticky,
     "bounce": schema.Bounce,
     "frontier": schema.Frontier,
+    "lbs_dreamer": schema.LBSDreamer,
 }
 
 
@@ -55,7 +56,9 @@ def opened(command: str, config_dir: Path | None = None) -> Iterator[Hydra]:
     handlers, level = list(root.handlers), root.level
     try:
         with initialize_config_dir(str(conf_dir()), job_name=command, version_base="1.3"):
-            yield GlobalHydra.instance().hydra
+            hydra = GlobalHydra.instance().hydra
+            assert hydra is not None
+            yield hydra
     finally:
         for handler in set(root.handlers) - set(handlers):
             handler.close()

@@ -1,0 +1,64 @@
+"""What every subcommand with settings does: answer typing errors, then show, run or sweep."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+from curionav_cli.config import launch as hydra_launch
+from curionav_cli.config.job import Job, Outcome, Work
+from curionav_cli.config.preflight import Check, plan
+from curionav_cli.config.sources import opened
+
+Summary = Callable[[Path, list[Outcome]], None]
+
+
+@dataclass(frozen=True)
+class Request:
+    """One command line. cfg: job, hydra or all; info: one of Hydra's kinds; None runs."""
+
+    command: str
+    overrides: list[str]
+    multirun: bool = False
+    cfg: str | None = None
+    package: str | None = None
+    resolve: bool = False
+    info: str | None = None
+    config_dir: Path | None = None
+
+
+def launch(request: Request, work: Work, summary: Summary, check: Check | None = None) -> int:
+    """The exit code. Raises UserError for what the pre-flight finds.
+
+    work(settings, folder): lives one run in its folder, returns what its table row needs.
+    check(settings): raises UserError for what the schema cannot see; called for each job beforehand.
+    summary(folder, outcomes): the last lines; called after failures and interruptions too.
+    """
+    shows = request.cfg or request.info
+    with opened(request.command, request.config_dir) as hydra:
+        todo = plan(hydra, request.overrides, request.multirun, None if shows else check)
+        if request.info:
+            hydra_launch.show_info(hydra, todo, request.info)
+        elif request.cfg:
+            hydra_launch.show_config(hydra, todo, request.cfg, request.package, request.resolve)
+        if shows:
+            return 0
+        outcomes: list[Outcome] = []
+        try:
+            outcomes = hydra_launch.run(hydra, todo, Job(work))
+        finally:
+            summary(todo.folder, outcomes)
+    return report(request, outcomes, swept=todo.multirun)
+
+
+def report(request: Request, outcomes: list[Outcome], swept: bool) -> int:
+    """Each failure in one line and where its traceback is; 1 for a sweep with a failure in it."""
+    failed = [outcome for outcome in outcomes if outcome.code]
+    for outcome in failed:
+        print(f"{outcome.folder.name}: {outcome.error}" if swept else outcome.error, file=sys.stderr)
+        print(f"The traceback is in {outcome.folder / request.command}.log", file=sys.stderr)
+    if swept:
+        return 1 if failed else 0
+    return failed[0].code if failed else 0

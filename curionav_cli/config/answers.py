@@ -1,0 +1,83 @@
+"""The words of an answer to a typing error: near names, what a group has, what a type needs."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import is_dataclass
+from difflib import get_close_matches
+from enum import Enum
+from types import NoneType, UnionType
+from typing import Any, Union, get_args, get_origin, get_type_hints
+
+from omegaconf import DictConfig, ListConfig, OmegaConf
+from omegaconf.errors import OmegaConfBaseException
+
+NAMES = {
+    int: "a whole number", float: "a number", bool: "true or false", str: "text",
+    dict: "keys with values, {key: value}",
+}
+
+
+def closest(word: str, known: Iterable[str]) -> list[str]:
+    """Full keys near `word`, else those that end in it, hold it as a word (lr: model_lr), end nearly so."""
+    keys = list(known)
+    near = get_close_matches(word, keys, n=2, cutoff=0.75)
+    if near:
+        return near
+    leaves: dict[str, list[str]] = {}
+    for key in keys:
+        leaves.setdefault(key.rpartition(".")[2], []).append(key)
+    leaf = word.rpartition(".")[2]
+    names = [leaf] if leaf in leaves else [name for name in leaves if leaf in name.split("_")]
+    names = names or get_close_matches(leaf, leaves, n=1, cutoff=0.7)
+    return [key for name in names for key in leaves[name]]
+
+
+def did_you_mean(names: list[str]) -> str:
+    return f" Did you mean {' or '.join(names)}?" if names else ""
+
+
+def has(group: str, options: list[str]) -> str:
+    """A further line that lists a group's options; nothing where there are none."""
+    return f"\n{group} has: {', '.join(options)}." if options else ""
+
+
+def needs(config: DictConfig, key: str) -> str | None:
+    """What a key of the composed config takes, in words; None where its type says too little."""
+    parent, _, leaf = key.rpartition(".")
+    owner = owner_of(config, parent)
+    return in_words(get_type_hints(owner).get(leaf)) if is_dataclass(owner) else None
+
+
+def in_words(kind: Any) -> str | None:
+    if get_origin(kind) in (Union, UnionType):
+        return in_words(next(each for each in get_args(kind) if each is not NoneType))
+    if get_origin(kind) is list:
+        each = in_words(get_args(kind)[0])
+        return f"a list [...], each {each}" if each else "a list [...]"
+    if isinstance(kind, type) and issubclass(kind, Enum):
+        return f"one of {', '.join(kind.__members__)}"
+    return NAMES.get(get_origin(kind) or kind)
+
+
+def owner_of(config: DictConfig, parent: str) -> type | None:
+    """The dataclass that says which keys stand under `parent` ("" for the top); None if none does."""
+    node = OmegaConf.select(config, parent) if parent else config
+    return OmegaConf.get_type(node) if isinstance(node, DictConfig) else None
+
+
+def exists(config: DictConfig, key: str) -> bool:
+    parent, _, leaf = key.rpartition(".")
+    node = OmegaConf.select(config, parent) if parent else config
+    return leaf in list(node.keys()) if isinstance(node, DictConfig) else isinstance(node, ListConfig)
+
+
+def located(error: BaseException | None) -> OmegaConfBaseException | None:
+    """The error of OmegaConf that Hydra wrapped: the outermost one, which knows the full key."""
+    while error is not None and not isinstance(error, OmegaConfBaseException):
+        error = error.__cause__ or error.__context__
+    return error
+
+
+def first_line(text: str) -> str:
+    return next((line.strip() for line in text.splitlines() if line.strip()), "")

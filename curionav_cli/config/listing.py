@@ -1,0 +1,56 @@
+"""What may be set: the groups with their options, and every key with its value. For help,
+completion and the suggestions after a typing error."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+from hydra._internal.hydra import Hydra
+from hydra.core.object_type import ObjectType
+from hydra.errors import HydraException
+from hydra.types import RunMode
+from omegaconf import DictConfig, OmegaConf
+
+from curionav_cli.config.sources import MAIN
+
+HIDDEN = ("hydra", "schema")
+
+
+def groups(hydra: Hydra) -> dict[str, list[str]]:
+    """Group -> its options, as a person chooses between them: env, agent, robot, scale, ..."""
+    loader = hydra.config_loader
+    names = (name for name in loader.list_groups("") if name not in HIDDEN)
+    return {name: options for name in sorted(names) if (options := options_of(hydra, name))}
+
+
+def options_of(hydra: Hydra, group: str) -> list[str]:
+    return sorted(hydra.config_loader.get_group_options(group, ObjectType.CONFIG))
+
+
+def settings(hydra: Hydra, overrides: list[str]) -> dict[str, Any]:
+    """Flat key -> value of what these overrides compose to; of the defaults where they do not."""
+    try:
+        config = hydra.compose_config(MAIN, overrides, RunMode.RUN)
+    except HydraException:
+        config = hydra.compose_config(MAIN, [], RunMode.RUN)
+    return dict(flat(config))
+
+
+def flat(config: DictConfig, prefix: str = "") -> Iterator[tuple[str, Any]]:
+    """('loop.steps', 500), ...; lists and empty dictionaries are values."""
+    for key in map(str, config):
+        node = None if OmegaConf.is_missing(config, key) else OmegaConf.select(config, key)
+        if not prefix and key in HIDDEN:
+            continue
+        if isinstance(node, DictConfig) and len(node):
+            yield from flat(node, f"{prefix}{key}.")
+        else:
+            yield f"{prefix}{key}", plain(config, key)
+
+
+def plain(config: DictConfig, key: str) -> Any:
+    """The value as YAML would show it: interpolations and ??? as they are written."""
+    container = OmegaConf.to_container(config, enum_to_str=True)
+    assert isinstance(container, dict)
+    return container[key]

@@ -1,0 +1,103 @@
+"""Before anything runs: compose every job once, so that a wrong setting is answered at the prompt."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from itertools import chain, islice, product
+from pathlib import Path
+
+from hydra._internal.hydra import Hydra
+from hydra.core.hydra_config import HydraConfig
+from hydra.core.override_parser.overrides_parser import OverridesParser
+from hydra.core.override_parser.types import Override
+from hydra.types import RunMode
+from omegaconf import DictConfig, OmegaConf
+
+from curionav_cli.config.mistakes import Mistakes
+from curionav_cli.config.schema import Config
+from curionav_cli.config.settings import as_settings
+from curionav_cli.config.sources import MAIN
+from curionav_cli.errors import ConfigError
+
+COMPOSED = 100  # jobs; of a larger sweep each value is still composed once
+
+
+@dataclass(frozen=True)
+class Plan:
+    """What will run. overrides: for Hydra, with the folder pinned. jobs: the overrides of each job."""
+
+    overrides: list[str]
+    multirun: bool
+    folder: Path
+    jobs: list[list[str]]
+
+
+Check = Callable[[Config], None]
+
+
+def plan(hydra: Hydra, words: list[str], multirun: bool, check: Check | None = None) -> Plan:
+    """Raises ConfigError, or what `check` raises, with what to type instead."""
+    mistakes = Mistakes(hydra, words)
+    overrides = mistakes.parse(multirun)
+    with mistakes.explained(words):
+        master = hydra.compose_config(MAIN, words, RunMode.MULTIRUN if multirun else RunMode.RUN)
+    multirun = multirun or master.hydra.mode == RunMode.MULTIRUN
+    jobs = expand(hydra, master, overrides) if multirun else [words]
+    for job in sample(jobs):
+        settings = compose(hydra, mistakes, job)
+        if check is not None:
+            check(settings)
+    folder = output_folder(master, multirun)
+    return Plan(words + [pin(folder, multirun)], multirun, Path(folder), jobs)
+
+
+def compose(hydra: Hydra, mistakes: Mistakes, job: list[str]) -> Config:
+    with mistakes.explained(job):
+        config = hydra.compose_config(MAIN, job, RunMode.RUN)
+    mistakes.refuse_unread(config)
+    return as_settings(config)
+
+
+def expand(hydra: Hydra, master: DictConfig, overrides: list[Override]) -> list[list[str]]:
+    """The jobs of a sweep, as Hydra's basic sweeper makes them."""
+    params = master.hydra.sweeper.get("params") or {}
+    parser = OverridesParser.create(config_loader=hydra.config_loader)
+    swept = parser.parse_overrides([f"{key}={value}" for key, value in params.items()])
+    if master.hydra.sweeper._target_.endswith("BasicSweeper"):
+        for override in overrides:
+            if not values(override):
+                line = override.input_line
+                raise ConfigError(f"{line} needs a sweeper that draws values. Without one: key=1,2,3")
+    axes = {override.get_key_element(): values(override) for override in chain(swept, overrides)}
+    return [list(job) for job in product(*(axis for axis in axes.values() if axis))]
+
+
+def values(override: Override) -> list[str]:
+    """Each 'key=value' of an override; none for an interval, which only a sweeper can draw from."""
+    if not override.is_sweep_override():
+        return [str(override.input_line)]
+    if not override.is_discrete_sweep():
+        return []
+    return [f"{override.get_key_element()}={value}" for value in override.sweep_string_iterator()]
+
+
+def sample(jobs: list[list[str]]) -> Iterator[list[str]]:
+    """The first jobs, then those that bring a value which none before had."""
+    yield from islice(jobs, COMPOSED)
+    seen = {word for job in jobs[:COMPOSED] for word in job}
+    for job in jobs[COMPOSED:]:
+        if not seen.issuperset(job):
+            seen.update(job)
+            yield job
+
+
+def output_folder(config: DictConfig, multirun: bool) -> str:
+    """Resolved now: the time in it would be another one when Hydra composes again."""
+    HydraConfig.instance().set_config(config)
+    return str(OmegaConf.select(config, "hydra.sweep.dir" if multirun else "hydra.run.dir"))
+
+
+def pin(folder: str, multirun: bool) -> str:
+    quoted = folder.replace("\\", "\\\\").replace("'", "\\'")
+    return f"hydra.{'sweep' if multirun else 'run'}.dir='{quoted}'"

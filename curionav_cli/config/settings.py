@@ -1,0 +1,58 @@
+"""A composed configuration as the frozen dataclasses of schema.py, and as YAML in a run folder."""
+
+from __future__ import annotations
+
+from copy import deepcopy
+from pathlib import Path
+
+import yaml
+from omegaconf import DictConfig, OmegaConf, flag_override
+from omegaconf.errors import MissingMandatoryValue, OmegaConfBaseException
+
+from curionav_cli.config.schema import Config
+from curionav_cli.config.sources import AGENTS, writable
+from curionav_cli.errors import ConfigError, RunFolderError
+
+
+def as_settings(config: DictConfig) -> Config:
+    """The dataclass that tasks see. Raises ConfigError for a missing value or one out of range."""
+    own = deepcopy(config)
+    with flag_override(own, ["struct", "readonly"], False):
+        own.pop("hydra", None)
+    try:
+        settings = OmegaConf.to_object(own)
+    except MissingMandatoryValue as error:
+        key = missing_key(own, error)
+        raise ConfigError(f"{key} has no value. Give it one: {key}=...") from error
+    except OmegaConfBaseException as error:
+        raise ConfigError(f"{error.full_key or 'settings'}: {str(error).splitlines()[0]}") from error
+    except ValueError as error:  # of a __post_init__, which names its key
+        raise ConfigError(str(error)) from error
+    assert isinstance(settings, Config)
+    return settings
+
+
+def missing_key(config: DictConfig, error: MissingMandatoryValue) -> str:
+    """Where the first '???' stands; a group that was set to null is missing as a whole."""
+    missing = sorted(OmegaConf.missing_keys(config))
+    return missing[0] if missing else str(error.full_key)
+
+
+def settings_yaml(settings: Config) -> str:
+    """What read_settings reads: config.yaml of a run folder."""
+    return OmegaConf.to_yaml(OmegaConf.structured(settings))
+
+
+def read_settings(path: Path) -> Config:
+    """The settings that a run was started with. Raises RunFolderError where they cannot be read."""
+    try:
+        recorded = OmegaConf.create(yaml.safe_load(path.read_text()))
+        node = writable(Config)
+        node["agent"] = writable(AGENTS[recorded.agent.name])
+        node.merge_with(recorded)
+        return as_settings(node)
+    except OSError as error:
+        raise RunFolderError(f"{path} cannot be read ({error.strerror}): not the folder of a run.") from error
+    except (OmegaConfBaseException, ConfigError, KeyError, TypeError, ValueError, yaml.YAMLError) as error:
+        line = next(iter(str(error).splitlines()), type(error).__name__)
+        raise RunFolderError(f"{path} does not hold the settings of a run: {line}") from error
