@@ -10,6 +10,7 @@ from curionav_cli.agents.agent import Agent
 from curionav_cli.agents.frontier import Frontier
 from curionav_cli.agents.wanderers import Bounce, Random, Sticky
 from curionav_cli.config.schema import Config
+from curionav_cli.errors import ConfigError
 from curionav_cli.records import FloorPlan
 from curionav_cli.world.env import NavigationEnv
 from curionav_cli.world.motion import HEADINGS
@@ -26,6 +27,14 @@ def env(settings: Config, world: Scene) -> NavigationEnv:
     return NavigationEnv(world)
 
 
+def check(settings: Config) -> None:
+    """Settings that are each possible and together are not. Raises ConfigError."""
+    length = getattr(settings.agent, "sequence_length", 0)
+    if settings.loop.iterations and length > settings.loop.steps + 1:
+        raise ConfigError(f"agent.sequence_length={length} does not fit into an episode of {settings.loop.steps} "
+                          f"steps. Set loop.steps={length - 1} or more, or a shorter agent.sequence_length.")
+
+
 def agent(settings: Config, plan: FloorPlan) -> Agent:
     """Who lives in it."""
     return AGENTS[settings.agent.name](settings, plan)
@@ -33,7 +42,7 @@ def agent(settings: Config, plan: FloorPlan) -> Agent:
 
 def bounce(settings: Config, plan: FloorPlan) -> Agent:
     degrees = 360 // HEADINGS
-    return Bounce(settings.seed, settings.agent.min_turn // degrees, settings.agent.max_turn // degrees)
+    return Bounce(settings.seed, int(settings.agent.min_turn // degrees), int(settings.agent.max_turn // degrees))
 
 
 def lbs_dreamer(settings: Config, plan: FloorPlan) -> Agent:

@@ -22,8 +22,6 @@ import numpy as np
 
 from curionav_cli.storage.replay import Replay
 
-FORWARD, LEFT, RIGHT = 0, 1, 2
-
 
 class Agent(ABC):
     """An agent without memory and without learning; the others override what they need.

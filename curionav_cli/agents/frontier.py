@@ -8,9 +8,9 @@ from typing import Any
 
 import numpy as np
 
-from curionav_cli.agents.agent import FORWARD, LEFT, RIGHT, Agent
+from curionav_cli.agents.agent import Agent
 from curionav_cli.records import FloorPlan
-from curionav_cli.world.motion import COS, HEADINGS, SIN, STEP, forward_clear
+from curionav_cli.world.motion import COS, FORWARD, HEADINGS, LEFT, RIGHT, SIN, STEP, forward_clear
 
 PATIENCE = 50  # random steps before it searches again, once no new cell can be reached from where it is
 

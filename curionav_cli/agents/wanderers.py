@@ -6,7 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from curionav_cli.agents.agent import FORWARD, LEFT, RIGHT, Agent
+from curionav_cli.agents.agent import Agent
+from curionav_cli.world.motion import FORWARD, LEFT, RIGHT
 
 
 class Random(Agent):

@@ -12,26 +12,34 @@ import yaml
 
 from curionav_cli import build
 from curionav_cli.agents.agent import Agent
+from curionav_cli.commands.launch import Request, launch
 from curionav_cli.commands.progress import Report, report
 from curionav_cli.commands.recorder import Recorder
+from curionav_cli.config.job import Outcome
 from curionav_cli.config.schema import Config
+from curionav_cli.config.settings import settings_yaml
 from curionav_cli.errors import RunFailed
 from curionav_cli.loop import LearnHere, live
 from curionav_cli.records import FloorPlan
 from curionav_cli.results.coverage import cover
-from curionav_cli.storage import checkpoint
+from curionav_cli.storage import checkpoint, provenance
 from curionav_cli.storage.replay import Replay
 from curionav_cli.storage.run_folder import RunFolder
 
 log = logging.getLogger(__name__)
 
 
-def explore(settings: Config, folder: Path, config: str, about: dict[str, Any]) -> RunFolder:
+def run(request: Request) -> int:
+    """The command: its exit code."""
+    return launch(request, work, summary, check)
+
+
+def explore(settings: Config, folder: Path) -> RunFolder:
     """Live the run in `folder` to its end; a folder that holds its beginning is continued.
 
-    config: config.yaml's text; about: run.json's content. Raises UserError before anything is
-    written, RunFailed where the run cannot go on.
+    Raises UserError before anything is written, RunFailed where the run cannot go on.
     """
+    config = settings_yaml(settings)
     world = build.scene(settings)
     run, plan = RunFolder(folder), world.plan
     fixed = fixed_settings(config, plan)
@@ -44,10 +52,11 @@ def explore(settings: Config, folder: Path, config: str, about: dict[str, Any]) 
         if begun:
             go_on(run, agent, found)
         else:
-            run.create(config, about, plan)
+            run.create(config, provenance.about(settings.device.value, settings.seed), plan)
         first = found[0] if found else 0
         run.set_status(state="running", error=None, episodes=settings.loop.episodes)
-        show = report(name(settings), settings.loop.episodes, settings.loop.steps, settings.loop.iterations, first)
+        label = f"{settings.env.name} {settings.agent.name} seed {settings.seed}"
+        show = report(label, settings.loop, first)
         try:
             live_run(settings, run, world, agent, fixed, first, show)
         finally:
@@ -107,10 +116,6 @@ def fixed_settings(config: str, plan: FloorPlan) -> dict[str, Any]:
     return {**fixed, "visitable cells (sha256)": hashlib.sha256(plan.visitable.tobytes()).hexdigest()}
 
 
-def name(settings: Config) -> str:
-    return f"{settings.env.name} {settings.agent.name} seed {settings.seed}"
-
-
 def draw(run: RunFolder) -> None:
     """The run's figures and table."""
     from curionav_cli.results import plots, tables  # matplotlib is loaded once there is something to draw
@@ -123,3 +128,22 @@ def draw(run: RunFolder) -> None:
     row = result.row()
     run.write("table.md", tables.markdown([row]))
     run.write("results.csv", tables.comma_separated([row]))
+
+
+def work(settings: Config, folder: Path) -> dict[str, Any]:
+    """One job, as the launchers call it."""
+    explore(settings, folder)
+    return {}
+
+
+def check(settings: Config) -> None:
+    """What the schema cannot see: a world that stands, sequences that fit. Raises UserError."""
+    build.scene(settings)
+    build.check(settings)
+
+
+def summary(folder: Path, outcomes: list[Outcome]) -> None:
+    """The last lines of a run or a sweep, also of one that was interrupted."""
+    from curionav_cli.commands.summary import show  # matplotlib is loaded once there is something to draw
+
+    show(folder, [outcome.folder for outcome in outcomes])

@@ -9,12 +9,14 @@ import time
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn
 
+from curionav_cli.config.schema import Loop
+
 
 class Report:
     """Counts steps and time; the subclasses show them."""
 
-    def __init__(self, label: str, episodes: int, steps: int, iterations: int, first: int):
-        self.label, self.episodes, self.steps, self.iterations = label, episodes, steps, iterations
+    def __init__(self, label: str, loop: Loop, first: int):
+        self.label, self.episodes, self.steps, self.iterations = label, loop.episodes, loop.steps, loop.iterations
         self.first = self.episode = first
         self.began = self.episode_began = time.perf_counter()
         self.rate = 0.0  # steps a second of the running or the last episode's acting
@@ -56,13 +58,13 @@ class PlainReport(Report):
 class LiveReport(Report):
     """One line that is drawn again as the run goes on."""
 
-    def __init__(self, label: str, episodes: int, steps: int, iterations: int, first: int):
-        super().__init__(label, episodes, steps, iterations, first)
+    def __init__(self, label: str, loop: Loop, first: int):
+        super().__init__(label, loop, first)
         self.coverage = "coverage ?"
         self.progress = Progress(
             TextColumn("{task.fields[label]}"), BarColumn(bar_width=20), TextColumn("{task.description}"),
             console=Console(), refresh_per_second=5)
-        self.task = self.progress.add_task("", total=episodes * steps, completed=first * steps, label=label)
+        self.task = self.progress.add_task("", total=loop.episodes * loop.steps, completed=first * loop.steps, label=label)
         self.progress.start()
 
     def show(self, step: int, doing: str) -> None:
@@ -86,8 +88,8 @@ class LiveReport(Report):
         self.progress.stop()
 
 
-def report(label: str, episodes: int, steps: int, iterations: int, first: int) -> Report:
+def report(label: str, loop: Loop, first: int) -> Report:
     """The live line where a person sees it; jobs that run beside each other print plain lines."""
     alone = multiprocessing.parent_process() is None
     kind = LiveReport if alone and sys.stdout.isatty() else PlainReport
-    return kind(label, episodes, steps, iterations, first)
+    return kind(label, loop, first)

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from typing import Any
 
-from curionav_cli.agents.agent import FORWARD, LEFT, RIGHT, Agent
+from curionav_cli.agents.agent import Agent
 from curionav_cli.commands.progress import Report
 from curionav_cli.records import Episode
 from curionav_cli.results.coverage import Coverage
 from curionav_cli.storage import checkpoint
 from curionav_cli.storage.run_folder import RunFolder
+from curionav_cli.world.motion import FORWARD, LEFT, RIGHT
 
 
 class Recorder:

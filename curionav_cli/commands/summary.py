@@ -18,6 +18,15 @@ SHOWN = ("env", "agent", "seed", "state", "steps", "visited", "cells", "coverage
          "forward", "left", "right", "cancelled", "learning")
 
 
+def show(folder: Path, folders: Sequence[Path]) -> None:
+    """The end of the run in `folder`, or of the sweep that has its runs in `folders`."""
+    console = Console()
+    if (folder / "config.yaml").exists():
+        show_run(folder, console)
+    elif runs := sorted({*folders, *(path.parent for path in folder.glob("*/config.yaml"))} - {folder}):
+        show_sweep(folder, runs, console)
+
+
 def show_run(folder: Path, console: Console) -> None:
     """The end of one run."""
     print_table([Run.open(folder).row()], console)
@@ -27,8 +36,8 @@ def show_run(folder: Path, console: Console) -> None:
                          "curionav explore --help   (every setting)"])
 
 
-def show_sweep(root: Path, folders: Sequence[Path], console: Console) -> bool:
-    """The end of a sweep: figures and tables over its runs; whether all of them are done."""
+def show_sweep(root: Path, folders: Sequence[Path], console: Console) -> None:
+    """The end of a sweep: figures and tables over its runs."""
     runs, rows = [], []
     for folder in folders:
         try:
@@ -48,7 +57,6 @@ def show_sweep(root: Path, folders: Sequence[Path], console: Console) -> bool:
     print_files(console, root, [*made, "table.md", "results.csv"])
     print_next(console, [f"curionav resume {root}/RUN   (continues an interrupted run)",
                          "curionav explore -m agent=lbs_dreamer,random,bounce seed=0,1,2,3,4 hydra/launcher=joblib"])
-    return all(row["state"] == "done" for row in rows)
 
 
 def failed_row(folder: Path, error: UserError) -> dict[str, Any]:

@@ -1,0 +1,36 @@
+"""run.json: how to make a run again, and with what it was made."""
+
+from __future__ import annotations
+
+import os
+import platform
+import subprocess
+import sys
+from datetime import UTC, datetime
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any
+
+PACKAGES = ("curionav", "numpy", "torch", "gymnasium", "hydra-core", "opencv-python-headless")
+
+
+def about(device: str, seed: int) -> dict[str, Any]:
+    """Command, versions, machine, commit."""
+    return {
+        "command": " ".join(["curionav", *sys.argv[1:]]), "began": datetime.now(UTC).isoformat(timespec="seconds"),
+        "config_path": os.environ.get("CURIONAV_CONFIG_PATH"), "device": device, "seed": seed, "renderer": "numpy",
+        "python": platform.python_version(), **{package: version(package) for package in PACKAGES},
+        "machine": platform.machine(), "cores": os.cpu_count(), "threads": os.environ.get("OMP_NUM_THREADS"),
+        **commit(),
+    }
+
+
+def commit() -> dict[str, Any]:
+    """The checkout that this code runs from, if it is one."""
+    def git(*words: str) -> str:
+        answer = subprocess.run(["git", "-C", str(Path(__file__).parent), *words], capture_output=True, check=True)
+        return answer.stdout.decode().strip()
+    try:
+        return {"git_commit": git("rev-parse", "HEAD"), "git_changed": bool(git("status", "--porcelain", "."))}
+    except (OSError, subprocess.CalledProcessError):
+        return {"git_commit": None, "git_changed": None}

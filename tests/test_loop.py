@@ -1,0 +1,104 @@
+"""The loop: who is called when, and what an episode holds."""
+
+import gymnasium
+import numpy as np
+import pytest
+
+from curionav_cli.agents.agent import Agent
+from curionav_cli.loop import LearnHere, live
+from curionav_cli.storage.replay import Replay
+
+
+class Line(gymnasium.Env):
+    """A world of one dimension that notes every call; its image is the number of steps since the start."""
+
+    def __init__(self, calls):
+        self.calls, self.episode, self.x = calls, -1, 0
+
+    def look(self, collided=False):
+        info = {"pose": np.array([self.x, 0.0, 0.0]), "collided": collided, "episode": self.episode,
+                "events": ({"episode": self.episode},)}
+        return {"image": np.full((64, 64, 3), self.x, np.uint8)}, info
+
+    def reset(self, *, seed=None, options=None):
+        self.calls.append(("reset", seed, options))
+        self.episode = options["episode"] if options else self.episode + 1
+        self.x = 0
+        return self.look()
+
+    def step(self, action):
+        self.x += action
+        observation, info = self.look(collided=action == 0)
+        return observation, 0.0, False, False, info
+
+
+class Counter(Agent):
+    """Acts 1, 0, 1, 0 ... and learns by noting what it was given."""
+
+    learns = True
+
+    def __init__(self, calls):
+        super().__init__(0)
+        self.calls, self.t = calls, 0
+
+    def begin(self):
+        self.calls.append("begin")
+        self.t = 0
+
+    def act(self, observation, info):
+        self.t += 1
+        return self.t % 2
+
+    def learn(self, replay, iterations, tick):
+        self.calls.append(("learn", replay.steps, iterations))
+        for i in range(iterations):
+            tick(i + 1)
+        return {"loss": 0.5}
+
+
+class Notes:
+    """A watcher that keeps everything."""
+
+    def __init__(self):
+        self.steps, self.iterations, self.episodes = [], [], []
+
+    def acted(self, step):
+        self.steps.append(step)
+
+    def learned(self, iteration):
+        self.iterations.append(iteration)
+
+    def lived(self, index, episode, metrics):
+        self.episodes.append((index, episode, metrics))
+
+
+@pytest.fixture
+def life():
+    def run(first=0, episodes=3):
+        calls, notes, stored = [], Notes(), []
+        agent = Counter(calls)
+        learn = LearnHere(agent, Replay(), 2, notes, lambda index, episode: stored.append(index))
+        live(Line(calls), agent, learn, episodes=episodes, steps=4, seed=7, watch=notes, first=first)
+        return calls, notes, stored
+    return run
+
+
+def test_steps_then_iterations_then_home(life):
+    calls, notes, stored = life()
+    reset, home = ("reset", 7, {"episode": 0}), ("reset", None, None)
+    assert calls == [reset, "begin", ("learn", 4, 2), home, "begin", ("learn", 8, 2), home, "begin", ("learn", 12, 2)]
+    assert notes.steps == [1, 2, 3, 4] * 3 and notes.iterations == [1, 2] * 3 and stored == [0, 1, 2]
+
+
+def test_an_episode_holds_what_was_seen_before_and_after_each_action(life):
+    _, notes, _ = life()
+    index, episode, metrics = notes.episodes[1]
+    assert index == 1 and len(episode) == 4 and episode.events == ({"episode": 1},)
+    assert episode.action.tolist() == [1, 0, 1, 0] and episode.collided.tolist() == [False, True, False, True]
+    assert episode.image[:, 0, 0, 0].tolist() == [0, 1, 1, 2, 2] == episode.pose[:, 0].tolist()
+    assert metrics["loss"] == 0.5 and metrics["seconds_acting"] >= 0 and metrics["seconds_learning"] >= 0
+
+
+def test_a_life_can_begin_at_a_later_episode(life):
+    calls, notes, _ = life(first=2)
+    assert calls[0] == ("reset", 7, {"episode": 2}) and [index for index, _, _ in notes.episodes] == [2]

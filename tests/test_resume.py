@@ -1,0 +1,119 @@
+"""Killed by SIGKILL at any moment, a resumed run ends as an undisturbed one, byte for byte on CPU."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+
+import pytest
+
+from tests.tiny import LEARNER
+
+# Kills its own process at a chosen moment of the third episode, as a power cut would.
+KILLED = """
+import os, signal, sys
+from pathlib import Path
+from curionav_cli.commands.recorder import Recorder
+from curionav_cli.storage import checkpoint
+from curionav_cli.storage.run_folder import RunFolder
+from curionav_cli import app
+
+moment = sys.argv.pop(1)
+def die(*_): os.kill(os.getpid(), signal.SIGKILL)
+def at(owner, name, when):
+    plain = getattr(owner, name)
+    def wrapped(*args, **kwargs):
+        result = plain(*args, **kwargs)
+        if when(*args): die()
+        return result
+    setattr(owner, name, wrapped)
+
+third = lambda recorder: recorder.coverage.steps == 24
+if moment == "acting": at(Recorder, "acted", lambda recorder, step: third(recorder) and step == 7)
+if moment == "training": at(Recorder, "learned", lambda recorder, i: third(recorder) and i == 2)
+if moment == "saving": at(checkpoint, "flush", lambda path: path.parent.name == "000003.part")
+if moment == "between": at(RunFolder, "append_metrics", lambda run, row: row["episode"] == 2)
+if moment == "drawing": at(RunFolder, "write", lambda run, name, text: name == "table.md")
+app.main()
+"""
+
+
+def curionav(*words, program=("-m", "curionav_cli")):
+    environment = {**os.environ, "OMP_NUM_THREADS": "1", "NO_COLOR": "1"}
+    return subprocess.run([sys.executable, *program, *words], capture_output=True, text=True, env=environment)
+
+
+def leftovers(run):
+    """All that a run leaves behind, without what a clock wrote."""
+    files = {}
+    for path in sorted((run / "episodes").iterdir()) + sorted((run / "figures").iterdir()):
+        files[path.name] = path.read_bytes()
+    for path in sorted((run / "checkpoint").rglob("*")):
+        if path.is_file():
+            files[str(path.relative_to(run))] = path.read_bytes()
+    rows = [json.loads(line) for line in (run / "metrics.jsonl").read_text().splitlines()]
+    files["metrics"] = [{k: v for k, v in row.items() if not k.startswith("seconds_")} for row in rows]
+    files["status"] = json.loads((run / "status.json").read_text())
+    return files
+
+
+@pytest.fixture(scope="module")
+def undisturbed(tmp_path_factory):
+    run = tmp_path_factory.mktemp("undisturbed") / "run"
+    done = curionav("explore", *LEARNER, f"hydra.run.dir={run}")
+    assert done.returncode == 0, done.stderr
+    return leftovers(run)
+
+
+@pytest.mark.parametrize("moment", ["acting", "training", "saving", "between", "drawing"])
+def test_a_killed_run_ends_as_an_undisturbed_one(tmp_path, undisturbed, moment):
+    run = tmp_path / "run"
+    killed = curionav(moment, "explore", *LEARNER, f"hydra.run.dir={run}", program=("-c", KILLED))
+    assert killed.returncode == -signal.SIGKILL, killed.stderr
+    assert json.loads((run / "status.json").read_text())["state"] == "running"
+    resumed = curionav("resume", str(run))
+    assert resumed.returncode == 0, resumed.stderr
+    finished = 4 if moment == "drawing" else 2
+    assert f"goes on after {finished} finished episodes" in resumed.stdout
+    ours = leftovers(run)
+    assert ours.keys() == undisturbed.keys()
+    assert [name for name in ours if ours[name] != undisturbed[name]] == []
+
+
+def test_a_finished_run_returns_at_once_and_more_episodes_go_on_from_it(tmp_path, undisturbed):
+    run = tmp_path / "run"
+    short = [word for word in LEARNER if not word.startswith("loop.episodes")]
+    assert curionav("explore", *short, "loop.episodes=2", f"hydra.run.dir={run}").returncode == 0
+    before = {path: path.stat().st_mtime_ns for path in run.rglob("*") if path.is_file() and ".hydra" not in path.parts}
+    again = curionav("resume", str(run))
+    assert again.returncode == 0 and "2/2" not in again.stdout
+    assert {path: path.stat().st_mtime_ns for path in before if path.suffix == ".npz"} == \
+        {path: time for path, time in before.items() if path.suffix == ".npz"}
+    longer = curionav("resume", str(run), "loop.episodes=4")
+    assert longer.returncode == 0, longer.stderr
+    ours = leftovers(run)
+    assert [name for name in ours if ours[name] != undisturbed[name]] == []
+
+
+@pytest.mark.parametrize(("change", "said"), [
+    ("agent=bounce", 'agent.'), ("env.radius=0.15", "env.radius was 0.18, now 0.15"),
+    ("seed=3", "seed was 0, now 3"), ("loop.steps=20", "loop.steps was 12, now 20"),
+])
+def test_a_changed_env_or_agent_is_refused_in_one_line(tmp_path_factory, change, said):
+    run = tmp_path_factory.getbasetemp() / "changed" / "run"
+    if not run.exists():
+        words = [word for word in LEARNER if not word.startswith("loop.episodes")]
+        assert curionav("explore", *words, "loop.episodes=1", f"hydra.run.dir={run}").returncode == 0
+    before = leftovers(run)
+    refused = curionav("resume", str(run), change)
+    assert refused.returncode == 2
+    assert said in refused.stderr and len(refused.stderr.strip().splitlines()) == 1
+    assert leftovers(run) == before
+
+
+def test_what_is_not_a_run_is_named(tmp_path):
+    nothing = curionav("resume", str(tmp_path / "nowhere"))
+    assert nothing.returncode == 2 and "There is no folder" in nothing.stderr
+    empty = curionav("resume", str(tmp_path))
+    assert empty.returncode == 2 and "holds no run" in empty.stderr
