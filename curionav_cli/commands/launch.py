@@ -11,6 +11,9 @@ from curionav_cli.config import launch as hydra_launch
 from curionav_cli.config.job import Job, Outcome, Work
 from curionav_cli.config.preflight import Check, plan
 from curionav_cli.config.sources import opened
+from curionav_cli.errors import RunFailed
+
+INTERRUPTED = 130
 
 Summary = Callable[[Path, list[Outcome]], None]
 
@@ -48,6 +51,11 @@ def launch(request: Request, work: Work, summary: Summary, check: Check | None =
         outcomes: list[Outcome] = []
         try:
             outcomes = hydra_launch.run(hydra, todo, Job(work))
+        except KeyboardInterrupt:
+            print(f"Interrupted. To go on: curionav resume {todo.folder}", file=sys.stderr)
+            return INTERRUPTED
+        except Exception as error:  # a job reports its own: this is the launcher, or the folder
+            raise RunFailed(f"{todo.folder} could not be run: {type(error).__name__}: {error}") from error
         finally:
             summary(todo.folder, outcomes)
     return report(request, outcomes, swept=todo.multirun)

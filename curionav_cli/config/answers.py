@@ -42,11 +42,24 @@ def has(group: str, options: list[str]) -> str:
     return f"\n{group} has: {', '.join(options)}." if options else ""
 
 
-def needs(config: DictConfig, key: str) -> str | None:
-    """What a key of the composed config takes, in words; None where its type says too little."""
+def type_of(config: DictConfig, key: str) -> Any:
+    """The annotation of a key of the composed config; None for a key of a plain dictionary."""
     parent, _, leaf = key.rpartition(".")
     owner = owner_of(config, parent)
-    return in_words(get_type_hints(owner).get(leaf)) if is_dataclass(owner) else None
+    return get_type_hints(owner).get(leaf) if is_dataclass(owner) else None
+
+
+def needs(config: DictConfig, key: str) -> str | None:
+    """What a key takes, in words; None where its type says too little."""
+    return in_words(type_of(config, key))
+
+
+def choices(config: DictConfig, key: str) -> list[str]:
+    """The values of a key that has only a few."""
+    kind = type_of(config, key)
+    if kind is bool:
+        return ["false", "true"]
+    return list(kind.__members__) if isinstance(kind, type) and issubclass(kind, Enum) else []
 
 
 def in_words(kind: Any) -> str | None:

@@ -94,6 +94,7 @@ def register(directories: list[Path]) -> None:
     Plugins.instance().register(UserDirectories)
     store = ConfigStore.instance()
     store.store(group="schema", name=MAIN, node=writable(schema.Config), package="_global_")
+    store.store(group="schema", name="env", node=writable(schema.Env), package="env")
     for name, node in AGENTS.items():
         store.store(group="schema/agent", name=name, node=writable(node), package="agent")
 

@@ -1,0 +1,6 @@
+"""python -m curionav_cli"""
+
+from curionav_cli.app import main
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,140 @@
+"""The command line: registration only. Whatever is heavy is imported by the command that needs it."""
+
+from __future__ import annotations
+
+import os
+import sys
+from enum import Enum
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from curionav_cli import __version__
+from curionav_cli.commands.settings_help import INFO, SettingsCommand
+from curionav_cli.errors import RunFailed, UserError
+
+SETTINGS = {"help_option_names": ["-h", "--help"], "ignore_unknown_options": True}
+UNFINISHED = {**SETTINGS, "allow_extra_args": True}
+
+app = typer.Typer(
+    name="curionav",
+    help="A robot learns to navigate from scratch with a world model and curiosity.",
+    context_settings={"help_option_names": ["-h", "--help"]},
+    no_args_is_help=True,
+    pretty_exceptions_enable=False,
+)
+
+
+class Part(str, Enum):
+    """Which part of the composed configuration --cfg prints."""
+
+    job = "job"
+    hydra = "hydra"
+    all = "all"
+
+
+Kind = Enum("Kind", {name: name for name in INFO}, type=str)
+
+
+def complete(ctx: typer.Context, incomplete: str) -> list[str]:
+    """Completion of settings; under bash only the piece after '=' is answered, as bash replaces that."""
+    from curionav_cli.config.complete import completions, shell_words
+
+    words = [str(word) for word in ctx.params.get("overrides") or ()]
+    word, replaced = incomplete, incomplete
+    bash = shell_words()
+    if bash:
+        words, word = [word for word in bash[0][2:-1] if "=" in word], bash[0][-1]
+        replaced = bash[1]
+    kept = len(word) - len(replaced)
+    return [found[kept:] for found in completions(str(ctx.info_name), words, word, ctx.params.get("config_dir"))]
+
+
+Overrides = Annotated[list[str] | None, typer.Argument(
+    metavar="[SETTING=VALUE]...", autocompletion=complete, show_default=False,
+    help="env=small_room agent=random seed=1 loop.episodes=50; with -m also seed=0,1,2")]
+Multirun = Annotated[bool, typer.Option("-m", "--multirun", help="Run every combination of the listed values.")]
+Cfg = Annotated[Part | None, typer.Option("--cfg", help="Print the settings instead of running.")]
+Resolve = Annotated[bool, typer.Option("--resolve", help="With --cfg: with interpolations resolved.")]
+Package = Annotated[str | None, typer.Option("-p", "--package", help="With --cfg: only this part, as agent.")]
+Info = Annotated[Kind | None, typer.Option("--info", help="Print how the settings came about.")]
+ConfigDir = Annotated[Path | None, typer.Option(
+    "-cd", "--config-dir", help="A directory with env/, agent/ ... of your own; also CURIONAV_CONFIG_PATH.")]
+
+
+def show_version(wanted: bool) -> None:
+    if wanted:
+        typer.echo(f"curionav {__version__}")
+        raise typer.Exit
+
+
+@app.callback()
+def options(
+    version: Annotated[bool, typer.Option("--version", callback=show_version, is_eager=True,
+                                          help="Print the version.")] = False,
+) -> None:
+    """What stands before the subcommand."""
+
+
+@app.command(cls=SettingsCommand, context_settings=SETTINGS)
+def explore(
+    overrides: Overrides = None, multirun: Multirun = False, cfg: Cfg = None, resolve: Resolve = False,
+    package: Package = None, info: Info = None, config_dir: ConfigDir = None,
+) -> None:
+    """Let an agent live in a world and draw what it covered."""
+    from curionav_cli.commands import explore
+    from curionav_cli.commands.launch import Request
+
+    raise typer.Exit(explore.run(Request(
+        "explore", overrides or [], multirun, cfg and cfg.value, package, resolve, info and info.value, config_dir)))
+
+
+@app.command(context_settings=SETTINGS)
+def resume(folder: Annotated[Path, typer.Argument(metavar="DIR", help="A run folder.", show_default=False)]) -> None:
+    """Go on with an interrupted run."""
+    from curionav_cli.commands import resume
+
+    raise typer.Exit(resume.run(folder))
+
+
+@app.command(context_settings=UNFINISHED)
+def train() -> None:
+    """Serve weights to a robot: learn from the episodes in a store. (still to come)"""
+    unfinished("train", "learning from a remote store of episodes")
+
+
+@app.command(context_settings=UNFINISHED)
+def dock() -> None:
+    """Drive a robot home to its charging station. (still to come)"""
+    unfinished("dock", "the robot and its docking")
+
+
+@app.command(context_settings=UNFINISHED)
+def coverage() -> None:
+    """Draw coverage again from run folders. (still to come)"""
+    unfinished("coverage", "drawing finished runs again")
+
+
+@app.command(context_settings=UNFINISHED)
+def compare() -> None:
+    """Compare agents over seeds and environments. (still to come)"""
+    unfinished("compare", "statistics over several runs")
+
+
+def unfinished(command: str, what: str) -> None:
+    raise UserError(f"curionav {command}: {what} is not built yet. curionav explore works.")
+
+
+def main(arguments: list[str] | None = None) -> Any:
+    """Exit codes: 0 done, 1 the run failed, 2 wrong use or config, 130 interrupted."""
+    for name, value in (("OMP_WAIT_POLICY", "PASSIVE"), ("OMP_NUM_THREADS", "1")):
+        os.environ.setdefault(name, value)  # one thread a run: spinning threads cost up to 33 times
+    try:
+        app(arguments)
+    except UserError as error:
+        code, message = 2, str(error)
+    except RunFailed as error:
+        code, message = 1, str(error)
+    print(message, file=sys.stderr)
+    sys.exit(code)
