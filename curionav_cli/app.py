@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import os
 import sys
-from enum import Enum
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
 
 from curionav_cli import __version__
-from curionav_cli.commands.settings_help import INFO, SettingsCommand
+from curionav_cli.commands.settings_help import Kind, Part, SettingsCommand
 from curionav_cli.errors import RunFailed, UserError
 
 SETTINGS = {"help_option_names": ["-h", "--help"], "ignore_unknown_options": True}
@@ -26,17 +25,6 @@ app = typer.Typer(
 )
 
 
-class Part(str, Enum):
-    """Which part of the composed configuration --cfg prints."""
-
-    job = "job"
-    hydra = "hydra"
-    all = "all"
-
-
-Kind = Enum("Kind", {name: name for name in INFO}, type=str)
-
-
 def complete(ctx: typer.Context, incomplete: str) -> list[str]:
     """Completion of settings; under bash only the piece after '=' is answered, as bash replaces that."""
     from curionav_cli.config.complete import completions, shell_words
@@ -48,13 +36,14 @@ def complete(ctx: typer.Context, incomplete: str) -> list[str]:
         words, word = [word for word in bash[0][2:-1] if "=" in word], bash[0][-1]
         replaced = bash[1]
     kept = len(word) - len(replaced)
-    return [found[kept:] for found in completions(str(ctx.info_name), words, word, ctx.params.get("config_dir"))]
+    found = completions(str(ctx.info_name), words, word, ctx.params.get("config_dir"))
+    return [whole[kept:] for whole in found]
 
 
 Overrides = Annotated[list[str] | None, typer.Argument(
     metavar="[SETTING=VALUE]...", autocompletion=complete, show_default=False,
     help="env=small_room agent=random seed=1 loop.episodes=50; with -m also seed=0,1,2")]
-Multirun = Annotated[bool, typer.Option("-m", "--multirun", help="Run every combination of the listed values.")]
+Multirun = Annotated[bool, typer.Option("-m", "--multirun", help="Run every combination of listed values.")]
 Cfg = Annotated[Part | None, typer.Option("--cfg", help="Print the settings instead of running.")]
 Resolve = Annotated[bool, typer.Option("--resolve", help="With --cfg: with interpolations resolved.")]
 Package = Annotated[str | None, typer.Option("-p", "--package", help="With --cfg: only this part, as agent.")]
@@ -86,16 +75,20 @@ def explore(
     from curionav_cli.commands import explore
     from curionav_cli.commands.launch import Request
 
-    raise typer.Exit(explore.run(Request(
-        "explore", overrides or [], multirun, cfg and cfg.value, package, resolve, info and info.value, config_dir)))
+    raise typer.Exit(explore.run(
+        Request("explore", overrides or [], multirun, cfg, package, resolve, info, config_dir)))
 
 
-@app.command(context_settings=SETTINGS)
-def resume(folder: Annotated[Path, typer.Argument(metavar="DIR", help="A run folder.", show_default=False)]) -> None:
-    """Go on with an interrupted run."""
+@app.command()
+def resume(
+    folder: Annotated[Path, typer.Argument(metavar="DIR", help="The folder of a run or a sweep.")],
+    changes: Annotated[list[str] | None, typer.Argument(
+        metavar="[loop.episodes=N]", help="Live longer than was planned.", show_default=False)] = None,
+) -> None:
+    """Go on with an interrupted run, or with every run of a sweep."""
     from curionav_cli.commands import resume
 
-    raise typer.Exit(resume.run(folder))
+    raise typer.Exit(resume.run(folder, changes or []))
 
 
 @app.command(context_settings=UNFINISHED)

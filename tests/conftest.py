@@ -1,30 +1,18 @@
-"""Small nouns for tests: episodes and plans of any size."""
+"""For all tests: one thread, nobody's settings, a terminal of known width."""
 
-import numpy as np
+from __future__ import annotations
+
+import os
+
 import pytest
 
-from curionav_cli.records import Episode, FloorPlan, Pose
+os.environ.setdefault("OMP_NUM_THREADS", "1")
+os.environ.setdefault("OMP_WAIT_POLICY", "PASSIVE")
 
 
-@pytest.fixture
-def an_episode():
-    """an_episode(steps=5): noise for images, a straight walk for poses."""
-    def make(steps=5, events=(), seed=0):
-        rng = np.random.default_rng(seed)
-        pose = np.column_stack([np.linspace(0.2, 0.4, steps + 1), np.full(steps + 1, 0.3), np.zeros(steps + 1)])
-        return Episode(rng.integers(0, 256, (steps + 1, 64, 64, 3), np.uint8), rng.integers(0, 3, steps), pose,
-                       rng.random(steps) < 0.2, tuple(events))
-    return make
-
-
-@pytest.fixture
-def a_plan():
-    """a_plan(rows, columns): an open room; with hole=True a solid block that the robot keeps away from."""
-    def make(rows=4, columns=6, cell=0.1, radius=0.18, hole=False):
-        solid = np.zeros((rows, columns), bool)
-        floor = np.ones((rows, columns), bool)
-        if hole:
-            solid[rows // 2, columns // 2] = True
-        visitable = floor & ~solid
-        return FloorPlan(visitable, floor, solid, cell, Pose(cell / 2, cell / 2, 0.0), radius, "a_plan")
-    return make
+@pytest.fixture(autouse=True)
+def nobodys_environment(monkeypatch: pytest.MonkeyPatch) -> None:
+    for name in ("CURIONAV_CONFIG_PATH", "COMP_WORDS", "COMP_CWORD", "FORCE_COLOR", "GITHUB_ACTIONS"):
+        monkeypatch.delenv(name, raising=False)
+    monkeypatch.setenv("NO_COLOR", "1")
+    monkeypatch.setenv("COLUMNS", "120")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from enum import StrEnum
 from typing import Any
 
 from rich.console import Console
@@ -9,7 +10,24 @@ from rich.panel import Panel
 from rich.table import Table
 from typer.core import TyperCommand
 
-INFO = ("all", "config", "defaults", "defaults-tree", "plugins", "searchpath")
+
+class Part(StrEnum):
+    """Which part of the composed configuration --cfg prints."""
+
+    job = "job"
+    hydra = "hydra"
+    all = "all"
+
+
+class Kind(StrEnum):
+    """What --info prints of how the configuration came about."""
+
+    all = "all"
+    config = "config"
+    defaults = "defaults"
+    tree = "defaults-tree"
+    plugins = "plugins"
+    searchpath = "searchpath"
 
 
 class SettingsCommand(TyperCommand):
@@ -29,17 +47,18 @@ class SettingsCommand(TyperCommand):
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
         spelled = list(args)
         for index, word in enumerate(args):
-            if word == "--info" and (index + 1 == len(args) or args[index + 1] not in INFO):
+            if word == "--info" and (index + 1 == len(args) or args[index + 1] not in list(Kind)):
                 spelled[index] = "--info=all"
         return super().parse_args(ctx, spelled)
 
 
 def group_rows(groups: dict[str, list[str]], settings: dict[str, Any]) -> list[tuple[str, str]]:
     """(env, '*small_room, map, ...'): each group and its options."""
-    def shown(group: str, option: str) -> str:
+    rows = []
+    for group, options in groups.items():
         chosen = settings.get(f"{group}.name", settings.get(group))
-        return f"*{option}" if option == chosen else option
-    return [(group, ", ".join(shown(group, option) for option in options)) for group, options in groups.items()]
+        rows.append((group, ", ".join(f"*{option}" if option == chosen else option for option in options)))
+    return rows
 
 
 def setting_rows(groups: dict[str, list[str]], settings: dict[str, Any]) -> list[tuple[str, str]]:

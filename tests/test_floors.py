@@ -1,0 +1,73 @@
+"""The rooms of the house, ground floor first: a module imports only from floors below, or its own room."""
+
+from __future__ import annotations
+
+import ast
+from pathlib import Path
+
+import pytest
+
+import curionav_cli
+
+ROOMS = (
+    "errors", "geometry", "records", "config.schema", "config", "world", "robot", "storage", "agents",
+    "loop", "results", "build", "commands", "app",
+)
+LENT = {"torch": ("agents",), "hydra": ("config",), "omegaconf": ("config",), "matplotlib": ("results",)}
+PACKAGE = Path(curionav_cli.__file__).parent
+MODULES = sorted(path for path in PACKAGE.rglob("*.py") if path.parent != PACKAGE or path.stem[0] != "_")
+
+
+def name_of(path: Path) -> str:
+    parts = path.relative_to(PACKAGE).with_suffix("").parts
+    return ".".join(part for part in parts if part != "__init__")
+
+
+def room_of(module: str) -> str:
+    """'config.schema' -> 'config.schema', 'agents.lbs_dreamer.rssm' -> 'agents'."""
+    return module if module in ROOMS else module.partition(".")[0]
+
+
+def imports(path: Path) -> set[str]:
+    """Full names of what a module imports, anywhere in it; `from a import b` gives a.b and a."""
+    found = set()
+    for node in ast.walk(ast.parse(path.read_text())):
+        if isinstance(node, ast.Import):
+            found |= {alias.name for alias in node.names}
+        elif isinstance(node, ast.ImportFrom):
+            assert node.level == 0, f"{path}: relative import"
+            found |= {node.module} | {f"{node.module}.{alias.name}" for alias in node.names}
+    return found
+
+
+def own_rooms(names: set[str]) -> set[str]:
+    inside = {name.removeprefix("curionav_cli.") for name in names if name.startswith("curionav_cli.")}
+    rooms = {room_of(name) for name in inside}
+    return rooms - {"__version__"} - ({"config"} if inside <= {"config", "config.schema"} else set())
+
+
+@pytest.mark.parametrize("path", MODULES, ids=name_of)
+def test_imports_only_from_floors_below(path: Path) -> None:
+    room = room_of(name_of(path))
+    assert room in ROOMS, f"{room} is not a room of the house"
+    for used in own_rooms(imports(path)):
+        assert used in ROOMS, f"{name_of(path)} imports {used}, which is no room"
+        assert ROOMS.index(used) <= ROOMS.index(room), f"{name_of(path)} imports upward: {used}"
+
+
+@pytest.mark.parametrize("library", LENT)
+def test_a_heavy_library_stays_in_its_room(library: str) -> None:
+    users = {room_of(name_of(path)) for path in MODULES
+             if any(name == library or name.startswith(f"{library}.") for name in imports(path))}
+    assert users <= set(LENT[library])
+
+
+def test_schema_needs_the_standard_library_only() -> None:
+    allowed = {"__future__", "dataclasses", "enum", "typing", "math", "collections"}
+    used = {name.partition(".")[0] for name in imports(PACKAGE / "config" / "schema.py")}
+    assert used <= allowed
+
+
+def test_no_drawer_without_a_name() -> None:
+    drawers = {"utils", "common", "helpers", "misc", "tools"}
+    assert not [path for path in PACKAGE.rglob("*") if path.stem in drawers]
