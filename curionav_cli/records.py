@@ -30,6 +30,9 @@ class Pose(NamedTuple):
     yaw: float
 
 
+ORIGIN = Pose(0.0, 0.0, 0.0)
+
+
 @dataclass(frozen=True)
 class FloorPlan:
     """What is left of a scene once it has been lived in: enough to count coverage and to draw it.
@@ -45,7 +48,7 @@ class FloorPlan:
     start: Pose
     radius: float
     name: str = ""
-    map_origin: Pose = Pose(0.0, 0.0, 0.0)  # of the lower-left corner, in the frame of a ROS map
+    map_origin: Pose = ORIGIN  # of the lower-left corner, in the frame of a ROS map
 
     def cells(self, x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """(row, column) of positions in metres; positions outside are clipped to the border."""
@@ -130,7 +133,7 @@ def write_whole(path: Path, body: Callable[[IO[bytes]], object]) -> None:
             body(file)
             file.flush()
             os.fsync(file.fileno())
-        os.replace(beside, path)
+        beside.replace(path)
     except BaseException:
         beside.unlink(missing_ok=True)
         raise

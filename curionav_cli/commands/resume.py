@@ -1,4 +1,4 @@
-"""curionav resume DIR: an interrupted run, or every run of a sweep, goes on from its last finished episode."""
+"""curionav resume DIR: a run, or every run of a sweep, goes on from its last finished episode."""
 
 from __future__ import annotations
 

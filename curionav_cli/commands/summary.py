@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+from rich.box import SIMPLE
 from rich.console import Console
 from rich.table import Table
 
@@ -14,13 +16,13 @@ from curionav_cli.records import write_whole
 from curionav_cli.results import plots, tables
 from curionav_cli.results.runs import Run
 
-SHOWN = ("env", "agent", "seed", "state", "steps", "visited", "cells", "coverage", "area", "to 50 %", "to 80 %",
-         "forward", "left", "right", "cancelled", "learning")
+SHOWN = ("agent", "seed", "coverage", "visited", "cells", "steps", "area", "to 50 %", "to 80 %", "forward", "left",
+         "right", "cancelled", "state", "env", "learning")  # the most telling first: a narrow terminal shows fewer
 
 
 def show(folder: Path, folders: Sequence[Path]) -> None:
     """The end of the run in `folder`, or of the sweep that has its runs in `folders`."""
-    console = Console()
+    console = Console() if sys.stdout.isatty() else Console(width=140)
     if (folder / "config.yaml").exists():
         show_run(folder, console)
     elif runs := sorted({*folders, *(path.parent for path in folder.glob("*/config.yaml"))} - {folder}):
@@ -83,13 +85,18 @@ def write_text(path: Path, text: str) -> None:
 
 
 def print_table(rows: Sequence[dict[str, Any]], console: Console) -> None:
+    """As many columns as the terminal is wide."""
     headings = [heading for heading, _, _ in tables.COLUMNS]
-    table = Table(caption=tables.meaning(rows))
+    lines = [dict(zip(headings, tables.cells(row), strict=True)) for row in rows]
+    table = Table(box=SIMPLE, pad_edge=False, caption=tables.meaning(rows), caption_justify="left")
+    used = 0
     for heading in SHOWN:
-        table.add_column(heading, justify="left" if heading in ("env", "agent", "state") else "right")
-    for row in rows:
-        line = dict(zip(headings, tables.cells(row), strict=True))
-        table.add_row(*(line[heading] for heading in SHOWN))
+        used += 3 + max(len(heading), *(len(line[heading]) for line in lines))
+        if used > console.width:
+            break
+        table.add_column(heading, justify="left" if heading in ("agent", "state", "env") else "right", no_wrap=True)
+    for line in lines:
+        table.add_row(*(line[heading] for heading in SHOWN[:len(table.columns)]))
     console.print(table)
 
 

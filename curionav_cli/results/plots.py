@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import partial
 from pathlib import Path
 
 import matplotlib
@@ -31,17 +32,17 @@ matplotlib.rcParams.update({
 
 def save(figure: Figure, path: Path) -> None:
     """PNG and PDF beside each other, finished or absent, without dates in them."""
-    for suffix, metadata in ((".png", {"Software": None}), (".pdf", {"CreationDate": None})):
-        write_whole(path.with_suffix(suffix),
-                    lambda file, s=suffix, m=metadata: figure.savefig(file, format=s[1:], metadata=m))
+    for kind, metadata in (("png", {"Software": None}), ("pdf", {"CreationDate": None})):
+        write_whole(path.with_suffix(f".{kind}"), partial(figure.savefig, format=kind, metadata=metadata))
 
 
 def heatmap(coverage: Coverage, title: str) -> Figure:
     """Visits of every cell over the floor plan, on a log scale; the start is a blue square."""
-    rows, columns = coverage.visits.shape
-    height = 1.0 + 5.2 * min(1.0, rows / columns)
-    figure = Figure((1.8 + (height - 1.0) * columns / rows, height), layout="constrained")
-    draw_heatmap(figure, figure.add_subplot(), coverage, title)
+    wide, high = extent_of(coverage.plan)
+    figure = Figure((2.2 + 5.0 * min(1.0, wide / high), 0.9 + 5.0 * min(1.0, high / wide)), layout="constrained")
+    axes = figure.add_subplot()
+    draw_heatmap(axes, coverage, title, int(coverage.visits.max()))
+    add_scale(figure, [axes], coverage.rule)
     return figure
 
 
@@ -50,27 +51,43 @@ def heatmaps(runs: Sequence[Run]) -> Figure:
     most = max(int(run.coverage.visits.max()) for run in runs)
     across = min(len(runs), 4)
     down = -(-len(runs) // across)
-    shape = runs[0].coverage.visits.shape
-    figure = Figure((2.9 * across, min(7.0, 0.9 + 2.4 * shape[0] / shape[1]) * down), layout="constrained")
-    for place, run in enumerate(runs, 1):
+    wide, high = extent_of(runs[0].plan)
+    size = 3.6 if wide < high else 3.0
+    figure = Figure(((0.6 + size * min(1.0, wide / high)) * across + 0.9, (0.8 + size * min(1.0, high / wide)) * down),
+                    layout="constrained")
+    all_axes = list(figure.subplots(down, across, squeeze=False).flat)
+    for axes, run in zip(all_axes, runs):
         title = f"{run.agent}, seed {run.seed}\n{run.coverage.share:.1%} of {run.coverage.total} cells"
-        draw_heatmap(figure, figure.add_subplot(down, across, place), run.coverage, title, most)
+        draw_heatmap(axes, run.coverage, title, most)
+    for axes in all_axes[len(runs):]:
+        axes.set_axis_off()
+    add_scale(figure, all_axes, runs[0].rule)
     return figure
 
 
-def draw_heatmap(figure: Figure, axes: Axes, coverage: Coverage, title: str, most: int | None = None) -> None:
+def draw_heatmap(axes: Axes, coverage: Coverage, title: str, most: int) -> None:
     plan = coverage.plan
     rows, columns = coverage.visits.shape
     extent = (0, columns * plan.cell, 0, rows * plan.cell)
     draw_plan(axes, plan, extent)
     shown = np.ma.masked_equal(coverage.visits, 0)
-    most = max(2, most or int(coverage.visits.max()))
-    picture = axes.imshow(shown, norm=LogNorm(1, most), cmap="inferno_r", origin="lower", extent=extent)
-    side = max(plan.cell, 0.012 * max(extent))
+    axes.imshow(shown, norm=LogNorm(1, max(2, most)), cmap="inferno_r", origin="lower", extent=extent,
+                interpolation="nearest")
+    side = max(plan.cell, 0.012 * max(extent_of(plan)))
     axes.add_patch(Rectangle((plan.start.x - side, plan.start.y - side), 2 * side, 2 * side,
                              facecolor="#1d4ed8", edgecolor="white", linewidth=0.8, zorder=3))
     axes.set(title=title, xlabel="x (m)", ylabel="y (m)")
-    figure.colorbar(picture, ax=axes, shrink=0.8, label=f"visits to a cell ({coverage.rule})")
+
+
+def add_scale(figure: Figure, all_axes: Sequence[Axes], rule: str) -> None:
+    figure.colorbar(all_axes[0].images[-1], ax=all_axes, shrink=0.8, label=f"visits to a cell ({rule})")
+
+
+def extent_of(plan: FloorPlan) -> tuple[float, float]:
+    """Width and height of the building in metres, without the empty border of a map."""
+    used = np.argwhere(plan.floor)
+    rows, columns = used.max(0) - used.min(0) + 5
+    return columns * plan.cell, rows * plan.cell
 
 
 def draw_plan(axes: Axes, plan: FloorPlan, extent: tuple[float, ...]) -> None:
@@ -105,5 +122,5 @@ def curves(runs: Sequence[Run], title: str) -> Figure:
              xlim=(0, max(run.curve.steps for run in runs)))
     share = axes.secondary_yaxis("right", functions=(lambda n: 100 * n / total, lambda p: p * total / 100))
     share.set_ylabel(f"share of {runs[0].denominator} cells (%)")
-    axes.legend(loc="lower right")
+    figure.legend(loc="outside lower center", ncols=5)
     return figure

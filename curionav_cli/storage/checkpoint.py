@@ -35,7 +35,7 @@ def save(root: Path, episodes: int, settings: dict[str, Any], write: Callable[[P
     flush(beside)
     final = root / f"{episodes:06d}"
     shutil.rmtree(final, ignore_errors=True)
-    os.replace(beside, final)
+    beside.replace(final)
     flush(root)
     for old in finished(root)[:-KEPT]:
         shutil.rmtree(old)

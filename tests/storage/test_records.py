@@ -38,7 +38,7 @@ def test_a_broken_episode_is_named(tmp_path, an_episode, harm):
     path = tmp_path / "000004.npz"
     an_episode(steps=3).save(path)
     path.write_bytes(harm(path.read_bytes()))
-    with pytest.raises(RunFolderError, match="000004.npz is not whole"):
+    with pytest.raises(RunFolderError, match=r"000004\.npz is not whole"):
         Episode.load(path)
 
 
