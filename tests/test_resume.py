@@ -7,8 +7,7 @@ import subprocess
 import sys
 
 import pytest
-
-from tests.tiny import LEARNER
+from tiny import LEARNER
 
 # Kills its own process at a chosen moment of the third episode, as a power cut would.
 KILLED = """

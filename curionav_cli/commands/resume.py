@@ -17,8 +17,8 @@ def run(folder: Path, changes: list[str]) -> int:
 
     Raises UserError before anything is written, RunFailed where a run cannot go on.
     """
-    for one in sorted(path.parent for path in folder.glob("*/config.yaml")) or [RunFolder.existing(folder).path]:
-        explore(changed(read_settings(one / "config.yaml"), changes), one)
+    for one in RunFolder.found(folder):
+        explore(changed(read_settings(one.config), changes), one.path)
     summary(folder, [])
     return 0
 

@@ -25,15 +25,15 @@ def show(folder: Path, folders: Sequence[Path]) -> None:
     console = Console() if sys.stdout.isatty() else Console(width=140)
     if (folder / "config.yaml").exists():
         show_run(folder, console)
-    elif runs := sorted({*folders, *(path.parent for path in folder.glob("*/config.yaml"))} - {folder}):
-        show_sweep(folder, runs, console)
+    elif names := {path.name for path in [*folders, *(file.parent for file in folder.glob("*/run.json"))]}:
+        show_sweep(folder, [folder / name for name in sorted(names)], console)
 
 
 def show_run(folder: Path, console: Console) -> None:
     """The end of one run."""
     print_table([Run.open(folder).row()], console)
     print_files(console, folder, ("figures/heatmap.png", "figures/coverage.png", "table.md", "episodes"))
-    print_next(console, [f"curionav explore hydra.run.dir={folder} loop.episodes=N   (goes on to N episodes)",
+    print_next(console, [f"curionav resume {folder} loop.episodes=50   (the same run, longer)",
                          "curionav explore -m agent=lbs_dreamer,random,bounce seed=0,1,2,3,4",
                          "curionav explore --help   (every setting)"])
 
@@ -57,8 +57,9 @@ def show_sweep(root: Path, folders: Sequence[Path], console: Console) -> None:
         if row["state"] != "done":
             console.print(f"[bold]{row['state']}[/]: {row['folder']}: {row['error']}", soft_wrap=True)
     print_files(console, root, [*made, "table.md", "results.csv"])
-    print_next(console, [f"curionav resume {root}/RUN   (continues an interrupted run)",
-                         "curionav explore -m agent=lbs_dreamer,random,bounce seed=0,1,2,3,4 hydra/launcher=joblib"])
+    print_next(console, [f"curionav resume {root} loop.episodes=50   (the same runs, longer)",
+                         "curionav explore -m agent=lbs_dreamer,random,bounce seed=0,1,2,3,4 launcher=cores",
+                         "curionav explore --help   (every setting)"])
 
 
 def failed_row(folder: Path, error: UserError) -> dict[str, Any]:
@@ -102,8 +103,9 @@ def print_table(rows: Sequence[dict[str, Any]], console: Console) -> None:
 
 def print_files(console: Console, root: Path, names: Sequence[str]) -> None:
     console.print("\n[bold]Files[/]")
-    for name in names:
-        console.print(f"  {root / name}", soft_wrap=True, highlight=False)
+    for path in (root / name for name in names):
+        if path.exists():
+            console.print(f"  {path}", soft_wrap=True, highlight=False)
 
 
 def print_next(console: Console, lines: Sequence[str]) -> None:

@@ -45,6 +45,12 @@ class RunFolder:
                                  "such as outputs/DATE/TIME_small_room_random_0.")
         return run
 
+    @classmethod
+    def found(cls, path: Path) -> list[RunFolder]:
+        """The run at `path`, or the runs of the sweep at `path`. Raises RunFolderError where there is none."""
+        inside = sorted(file.parent for file in path.glob("*/run.json") if (file.parent / "config.yaml").is_file())
+        return [cls(run) for run in inside] or [cls.existing(path)]
+
     def create(self, config: str, about: dict[str, Any], plan: FloorPlan) -> None:
         """Begin the run. config.yaml comes last: a folder that has it has the rest."""
         for folder in (self.path / "episodes", self.checkpoints, self.figures):

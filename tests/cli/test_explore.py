@@ -1,0 +1,156 @@
+"""A whole run through the entry point: what it leaves behind, and what it says when it cannot go on."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from entry import Cli
+
+from curionav_cli.commands.recorder import Recorder
+from curionav_cli.storage.run_folder import RunFolder
+
+SHORT = ("env=small_room", "loop.steps=30", "loop.episodes=3")
+
+
+def metrics(run: Path) -> list[dict]:
+    return [json.loads(line) for line in (run / "metrics.jsonl").read_text().splitlines()]
+
+
+def status(run: Path) -> dict:
+    return json.loads((run / "status.json").read_text())
+
+
+def test_a_run_folder_holds_what_scripts_rely_on(cli: Cli, tmp_path: Path) -> None:
+    answer = cli("explore", *SHORT, "agent=bounce", "hydra.run.dir=run")
+    assert answer.code == 0, answer.error
+    run = tmp_path / "run"
+    names = {str(path.relative_to(run)) for path in run.rglob("*")}
+    assert names >= {"config.yaml", "run.json", "status.json", "metrics.jsonl", "episodes/000002.npz",
+                     "checkpoint/000003/done", "figures/heatmap.png", "figures/coverage.png", "table.md",
+                     "results.csv", "plan.npz"}
+    with np.load(run / "episodes" / "000001.npz") as episode:
+        assert episode["image"].shape == (31, 64, 64, 3) and episode["image"].dtype == np.uint8
+        assert episode["action"].shape == (30,) and episode["collided"].shape == (30,)
+        assert episode["pose"].shape == (31, 3) and episode["pose"].dtype == np.float64
+        assert episode["collided"].dtype == bool
+    rows = metrics(run)
+    assert [(row["episode"], row["steps"]) for row in rows] == [(0, 30), (1, 60), (2, 90)]
+    assert rows[-1].keys() >= {"visited", "visitable", "coverage", "seconds_acting", "seconds_learning"}
+    last = status(run)
+    assert last["state"] == "done" and last["episode"] == 3 and last["steps"] == 90 and last["error"] is None
+    assert last["coverage"] == rows[-1]["coverage"] == last["visited"] / last["visitable"] > 0
+    assert json.loads((run / "run.json").read_text())["command"].startswith("curionav ")
+
+
+def test_off_a_terminal_there_is_one_plain_line_an_episode(cli: Cli) -> None:
+    answer = cli("explore", *SHORT, "agent=random", "hydra.run.dir=run")
+    lines = [line for line in answer.out.splitlines() if "episode" in line and "steps/s" in line]
+    assert len(lines) == 3 and "\x1b" not in answer.out
+    assert "episode 2/3, 60 steps" in lines[1] and "coverage" in lines[1] and "left" in lines[1]
+    assert "run/figures/heatmap.png" in answer.out and "curionav" in answer.out
+
+
+@pytest.mark.parametrize("agent", ["random", "sticky", "bounce", "frontier"])
+def test_the_same_seed_lives_the_same_life(cli: Cli, tmp_path: Path, agent: str) -> None:
+    for name, seed in (("one", 5), ("two", 5), ("other", 6)):
+        assert cli("explore", *SHORT, f"agent={agent}", f"seed={seed}", f"hydra.run.dir={name}").code == 0
+    one, two, other = ((tmp_path / name / "episodes" / "000002.npz").read_bytes() for name in ("one", "two", "other"))
+    assert one == two
+    if agent not in ("bounce", "frontier"):  # those two may go the same way by different dice
+        assert one != other
+
+
+def test_ctrl_c_is_noted_and_the_run_goes_on(cli: Cli, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def stop(recorder: Recorder, step: int) -> None:
+        if recorder.coverage.steps == 30 and step == 10:
+            raise KeyboardInterrupt
+    with monkeypatch.context() as patched:
+        patched.setattr(Recorder, "acted", stop)
+        answer = cli("explore", *SHORT, "agent=random", "hydra.run.dir=run")
+    assert answer.code == 130 and "Traceback" not in answer.error
+    assert "curionav resume run" in answer.error
+    assert status(tmp_path / "run")["state"] == "interrupted" and len(metrics(tmp_path / "run")) == 1
+    again = cli("resume", "run")
+    assert again.code == 0 and status(tmp_path / "run")["state"] == "done" and len(metrics(tmp_path / "run")) == 3
+
+
+@pytest.mark.parametrize("place", ["save_episode", "append_metrics", "write"])
+def test_a_full_disk_loses_nothing_that_was_saved(
+        cli: Cli, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, place: str) -> None:
+    plain = getattr(RunFolder, place)
+
+    def full(run: RunFolder, *words: object) -> None:
+        if len(run.episode_paths()) >= 2:
+            raise OSError(28, "No space left on device")
+        plain(run, *words)
+    with monkeypatch.context() as patched:
+        patched.setattr(RunFolder, place, full)
+        answer = cli("explore", *SHORT, "agent=random", "hydra.run.dir=run")
+    assert answer.code == 1 and "Traceback" not in answer.error
+    assert "The disk is full" in answer.error and f"curionav resume {tmp_path}/run" in answer.error
+    assert cli("explore", *SHORT, "agent=random", "hydra.run.dir=whole").code == 0
+    assert cli("resume", "run").code == 0
+    for n in range(3):
+        paths = [tmp_path / name / "episodes" / f"{n:06d}.npz" for name in ("run", "whole")]
+        assert paths[0].read_bytes() == paths[1].read_bytes()
+
+
+def test_a_folder_goes_on_only_with_the_run_that_is_in_it(cli: Cli, tmp_path: Path) -> None:
+    assert cli("explore", *SHORT, "agent=random", "hydra.run.dir=run").code == 0
+    for change, said in (("agent=bounce", 'agent.max_turn was null, now 180.0'), ("seed=3", "seed was 0, now 3"),
+                         ("env.radius=0.15", "env.radius was 0.18, now 0.15")):
+        words = {"agent": "agent=random", change.split("=")[0]: change}
+        refused = cli("explore", *SHORT, *words.values(), "loop.episodes=4", "hydra.run.dir=run")
+        assert refused.code == 2 and said in refused.error
+        assert len(refused.error.strip().splitlines()) == 1
+    assert len(metrics(tmp_path / "run")) == 3 and status(tmp_path / "run")["state"] == "done"
+    longer = cli("explore", "env=small_room", "loop.steps=30", "agent=random", "loop.episodes=4", "hydra.run.dir=run")
+    assert longer.code == 0 and len(metrics(tmp_path / "run")) == 4
+
+
+def test_resume_changes_only_the_number_of_episodes(cli: Cli, tmp_path: Path) -> None:
+    assert cli("explore", *SHORT, "agent=random", "hydra.run.dir=run").code == 0
+    assert cli("resume", "run", "loop.episodes=5").code == 0
+    assert len(metrics(tmp_path / "run")) == 5
+    for word, said in (("agent=bounce", "only loop.episodes may change"), ("loop.episodes=x", "not a number of")):
+        refused = cli("resume", "run", word)
+        assert refused.code == 2 and said in refused.error and len(refused.error.strip().splitlines()) == 1
+
+
+def test_a_half_written_run_is_named(cli: Cli, tmp_path: Path) -> None:
+    assert cli("explore", *SHORT, "agent=random", "hydra.run.dir=run").code == 0
+    (tmp_path / "run" / "episodes" / "000001.npz").unlink()
+    refused = cli("resume", "run", "loop.episodes=4")
+    assert refused.code == 2 and "000001.npz is missing" in refused.error
+    (tmp_path / "run" / "config.yaml").unlink()
+    refused = cli("resume", "run")
+    assert refused.code == 2 and "holds no run" in refused.error
+
+
+def test_a_sweep_ends_with_one_table_over_all_runs(cli: Cli, tmp_path: Path) -> None:
+    answer = cli("explore", "-m", *SHORT, "agent=random,bounce", "seed=0,1", "hydra.sweep.dir=sweep")
+    assert answer.code == 0, answer.error
+    table = (tmp_path / "sweep" / "table.md").read_text()
+    assert sum(line.startswith("| small_room") for line in table.splitlines()) == 4
+    for name in ("coverage_small_room.png", "heatmaps_small_room.png"):
+        assert (tmp_path / "sweep" / "figures" / name).stat().st_size > 5000
+    assert len((tmp_path / "sweep" / "results.csv").read_text().splitlines()) == 5
+
+
+def test_a_failed_job_does_not_end_the_sweep_and_is_told(
+        cli: Cli, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    plain = Recorder.lived
+
+    def fails(recorder: Recorder, *words: object) -> None:
+        if type(recorder.agent).__name__ == "Sticky":
+            raise FloatingPointError("a loss is not finite")
+        plain(recorder, *words)
+    monkeypatch.setattr(Recorder, "lived", fails)
+    answer = cli("explore", "-m", *SHORT, "agent=sticky,random", "hydra.sweep.dir=sweep")
+    assert answer.code == 1 and "a loss is not finite" in answer.error and "Traceback" not in answer.error
+    states = {path.parent.name: status(path.parent)["state"] for path in (tmp_path / "sweep").glob("*/status.json")}
+    assert sorted(states.values()) == ["done", "failed"]
+    assert "failed" in (tmp_path / "sweep" / "table.md").read_text()
