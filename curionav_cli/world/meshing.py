@@ -1,0 +1,42 @@
+"""Covering a map's solid cells with few rectangles."""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy import ndimage
+
+
+def mesh(solid: np.ndarray, longest: int) -> np.ndarray:
+    """Rectangles (n, 4) int, row0 column0 row1 column1 (ends excluded), over a (rows, columns) mask.
+
+    Every solid cell that touches a free one, corners included, is covered; no free cell is. Rectangles
+    may overlap, may cover hidden cells, and are at most `longest` cells long. Greedy from the lowest
+    left cell: of the widest and the tallest rectangle the one that covers more of what is left.
+    """
+    wanted = solid & ndimage.binary_dilation(~solid, np.ones((3, 3)))
+    right, up = runs(solid), runs(solid.T).T
+    found: list[tuple[int, int, int, int]] = []
+    for flat in np.flatnonzero(wanted):
+        row, column = divmod(int(flat), solid.shape[1])
+        if not wanted[row, column]:
+            continue
+        options = (_widest(right, row, column, longest), _widest(up.T, column, row, longest)[::-1])
+        tall, wide = max(options, key=lambda size: wanted[row:row + size[0], column:column + size[1]].sum())
+        wanted[row:row + tall, column:column + wide] = False
+        found.append((row, column, row + tall, column + wide))
+    return np.array(found, np.int64).reshape(-1, 4)
+
+
+def runs(mask: np.ndarray) -> np.ndarray:
+    """How many cells of the mask follow to the right of each cell without a break, itself included."""
+    columns = np.arange(mask.shape[1])
+    stop = np.where(mask, mask.shape[1], columns)
+    stop = np.minimum.accumulate(stop[:, ::-1], axis=1)[:, ::-1]
+    return stop - columns
+
+
+def _widest(right: np.ndarray, row: int, column: int, longest: int) -> tuple[int, int]:
+    """(height, width) of the rectangle as wide as this cell's run, and as high as the runs above allow."""
+    width = min(int(right[row, column]), longest)
+    above = right[row:row + longest, column] >= width
+    return (len(above) if above.all() else int(above.argmin())), width

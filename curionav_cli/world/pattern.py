@@ -1,0 +1,25 @@
+"""Materials by name, `pattern_variant` as in `plaster_sage` or `poster_3`, drawn from the name alone."""
+
+from __future__ import annotations
+
+import zlib
+
+import numpy as np
+
+from curionav_cli.world.fitted import FITTED
+from curionav_cli.world.surface import COLOURS, SIZE, TILED
+
+__all__ = ["SIZE", "exists", "picture"]
+PATTERNS = {**TILED, **FITTED}
+
+
+def picture(name: str) -> np.ndarray:
+    """(128, 128, 3) uint8 RGB of a material. Raises KeyError for a pattern that does not exist."""
+    pattern, _, variant = name.partition("_")
+    rng = np.random.default_rng(zlib.crc32(name.encode()))
+    colour = np.array(COLOURS.get(variant, COLOURS[""]), np.float64)
+    return np.clip(PATTERNS[pattern](colour, rng), 0, 255).astype(np.uint8)
+
+
+def exists(name: str) -> bool:
+    return name.partition("_")[0] in PATTERNS

@@ -1,0 +1,29 @@
+"""The names under which gymnasium knows the world; import-light, because gymnasium calls it at import."""
+
+from __future__ import annotations
+
+from typing import Any
+
+SCENES = {
+    "curionav/SmallRoom-v0": "small_room",
+    "curionav/Map-v0": "map",
+}
+
+
+def register() -> None:
+    """Called by gymnasium through the entry point `gymnasium.envs`."""
+    from gymnasium.envs.registration import register as register_one
+    from gymnasium.envs.registration import registry
+
+    for name, scene in SCENES.items():
+        if name not in registry:
+            register_one(name, entry_point="curionav_cli.world.registration:make", kwargs={"scene": scene})
+
+
+def make(scene: str, render_mode: str | None = None, **settings: Any):
+    """A NavigationEnv on conf/env/<scene>.yaml; settings are keys of that file, as radius=0.2."""
+    from curionav_cli.world.env import NavigationEnv
+    from curionav_cli.world.scene import Scene
+    from curionav_cli.world.scene_file import plain
+
+    return NavigationEnv(Scene.from_dict(*plain(scene, **settings)), render_mode)

@@ -1,0 +1,158 @@
+"""A robot's own map as a world: the YAML and image of ROS map_server.
+
+Follows wiki.ros.org/map_server and nav2_map_server: row 0 of the image is the top; p = 1 - shade, or
+shade if `negate`; trinary: occupied if p > occupied_thresh, free if p < free_thresh, else unknown.
+Unknown is an obstacle, and so is everything outside the image and every free cell that the robot cannot
+reach. The world is simulated in image axes: the origin's yaw, which ROS ignores too, is kept in the plan.
+"""
+
+from __future__ import annotations
+
+import math
+import warnings
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import yaml
+from scipy import ndimage
+
+from curionav_cli.config.schema import Env
+from curionav_cli.errors import MapError
+from curionav_cli.records import Pose
+from curionav_cli.world.dressing import dress
+from curionav_cli.world.ground import Site
+from curionav_cli.world.image_file import read_image
+from curionav_cli.world.visitable import grid_shape, largest_component
+
+FREE, OCCUPIED, UNKNOWN = 0, 100, -1
+IMAGES = (".pgm", ".png", ".jpg", ".jpeg", ".bmp", ".tif", ".tiff", ".gif", ".ppm")
+TRAP_GREY = 205  # map_saver's grey for unknown; p = 0.19608
+TRAP_SHARE = 0.005
+HALF = 50  # in the modes scale and raw, an occupancy from here on is an obstacle
+
+
+class MapWarning(UserWarning):
+    """A map that opens, and may not mean what it says."""
+
+
+@dataclass(frozen=True)
+class RosMap:
+    """cells (rows, columns) int: FREE, OCCUPIED, UNKNOWN or 1..99; row 0 is the lowest."""
+
+    cells: np.ndarray
+    resolution: float
+    origin: Pose
+
+
+def open_map(env: Env) -> Site:
+    """The world in env.map. Raises MapError."""
+    assert env.map is not None
+    path = Path(env.map).expanduser()
+    ros = read_map(path, env.unknown_grey)
+    free = (ros.cells >= FREE) & (ros.cells < HALF)
+    if not free.any():
+        raise MapError(f"{path}: the map has no free cell, so there is nothing to explore. "
+                       "Check its thresholds and negate.")
+    free = _explored_part(free, ros.resolution, env)
+    rows, columns = free.shape
+    size = (columns * ros.resolution, rows * ros.resolution)
+    cell = env.cell or ros.resolution
+    room = _at_centres(free, ros.resolution, grid_shape(size, cell), cell)
+    boxes, ground, lamps = dress(free, ros.resolution, env.height)
+    return Site(size, cell, boxes, ground, floor=room, lamps=lamps, origin=ros.origin, keep=room)
+
+
+def read_map(path: Path, unknown_grey: int | None = None) -> RosMap:
+    """The occupancy grid that this YAML file describes. Raises MapError."""
+    spec = _specification(path)
+    image = path.parent / str(spec["image"])
+    if not image.is_file():
+        raise MapError(f"{path}: its image {image} does not exist. The path is relative to the YAML file.")
+    resolution = _number(spec["resolution"], path, "resolution")
+    if resolution <= 0.0:
+        raise MapError(f"{path}: resolution is {resolution:g}; it is metres per pixel, more than 0.")
+    shade, alpha = read_image(image)
+    cells = _occupancy(shade, alpha, spec, path)
+    grey = np.rint(shade * 255.0)
+    if unknown_grey is not None:
+        cells[grey == unknown_grey] = UNKNOWN
+    elif ((grey == TRAP_GREY) & (cells == FREE)).mean() > TRAP_SHARE:
+        warnings.warn(f"{path}: grey {TRAP_GREY} usually means unknown, and free_thresh "
+                      f"{spec.get('free_thresh', 0.196)} makes it free. Set env.unknown_grey={TRAP_GREY} "
+                      "if rooms run out into the unknown.", MapWarning, stacklevel=2)
+    return RosMap(cells[::-1].copy(), resolution, _origin(spec["origin"], path))
+
+
+def _specification(path: Path) -> dict[str, Any]:
+    if path.suffix.lower() in IMAGES:
+        raise MapError(f"{path} is an image. Give the map's YAML file, which names its image, resolution and "
+                       f"origin (usually {path.with_suffix('.yaml').name} beside it).")
+    if not path.is_file():
+        raise MapError(f"There is no map {path}. env.map is the path of a ROS map's YAML file.")
+    try:
+        spec = yaml.safe_load(path.read_text(encoding="utf-8"))
+    except (yaml.YAMLError, UnicodeDecodeError):
+        raise MapError(f"{path} is not YAML, so it is no ROS map.") from None
+    missing = [key for key in ("image", "resolution", "origin") if not isinstance(spec, dict) or key not in spec]
+    if missing:
+        raise MapError(f"{path} is no ROS map: it lacks {', '.join(missing)}.")
+    return spec
+
+
+def _number(raw: Any, path: Path, key: str) -> float:
+    if isinstance(raw, bool) or not isinstance(raw, int | float) or not math.isfinite(raw):
+        raise MapError(f"{path}: {key} must be a number, not {raw!r}.")
+    return float(raw)
+
+
+def _origin(raw: Any, path: Path) -> Pose:
+    if not isinstance(raw, list) or len(raw) not in (2, 3):
+        raise MapError(f"{path}: origin must be [x, y, yaw], not {raw!r}.")
+    return Pose(*(_number(part, path, "origin") for part in [*raw, 0.0][:3]))
+
+
+def _occupancy(shade: np.ndarray, alpha: np.ndarray | None, spec: dict[str, Any], path: Path) -> np.ndarray:
+    """(rows, columns) int as the mode says: trinary, scale (1 to 99 between), raw (the grey itself)."""
+    mode = spec.get("mode", "trinary")
+    negate = bool(spec.get("negate", 0))
+    if mode == "raw":
+        value = np.rint(shade * 255.0).astype(np.int64)
+        return np.where(value <= OCCUPIED, value, UNKNOWN)
+    if mode not in ("trinary", "scale"):
+        raise MapError(f"{path}: mode must be trinary, scale or raw, not {mode!r}.")
+    most = _number(spec.get("occupied_thresh", 0.65), path, "occupied_thresh")
+    least = _number(spec.get("free_thresh", 0.196), path, "free_thresh")
+    if least >= most:
+        raise MapError(f"{path}: free_thresh {least:g} must be below occupied_thresh {most:g}.")
+    if mode == "trinary" and alpha is not None:
+        shade = (3.0 * shade + alpha) / 4.0  # map_server averages alpha in as one more channel
+    p = shade if negate else 1.0 - shade
+    between = UNKNOWN if mode == "trinary" else 1 + np.floor(98.0 * (p - least) / (most - least))
+    cells = np.where(p > most, OCCUPIED, np.where(p < least, FREE, between)).astype(np.int64)
+    if mode == "scale" and alpha is not None:
+        cells[alpha < 1.0] = UNKNOWN
+    return cells
+
+
+def _explored_part(free: np.ndarray, resolution: float, env: Env) -> np.ndarray:
+    """The connected free cells around the start, or around the largest part that the robot fits into."""
+    label, _ = ndimage.label(free)
+    if env.start is not None:
+        row, column = (math.floor(at / resolution) for at in (env.start[1], env.start[0]))
+        if 0 <= row < free.shape[0] and 0 <= column < free.shape[1] and free[row, column]:
+            return label == label[row, column]
+    room = ndimage.distance_transform_edt(np.pad(free, 1))[1:-1, 1:-1] * resolution
+    wide = room > env.radius + resolution / 2
+    seed = np.argmax(largest_component(wide if wide.any() else free))
+    return label == label.flat[seed]
+
+
+def _at_centres(mask: np.ndarray, resolution: float, shape: tuple[int, int], cell: float) -> np.ndarray:
+    """The mask at the centres of a grid of `cell` metres."""
+    if cell == resolution:
+        return mask.copy()
+    row, column = (np.minimum(((np.arange(n) + 0.5) * cell / resolution).astype(int), most - 1)
+                   for n, most in zip(shape, mask.shape, strict=True))
+    return mask[np.ix_(row, column)]

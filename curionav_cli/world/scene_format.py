@@ -1,0 +1,187 @@
+"""The lists in a scene file, one dataclass each, and a reader that names file and key when it refuses.
+
+Metres and degrees. x points right and y up from the lower-left inner corner of the scene.
+"""
+
+from __future__ import annotations
+
+from dataclasses import MISSING, dataclass, fields
+from difflib import get_close_matches
+from typing import Any, TypeVar
+
+from curionav_cli.errors import SceneError
+
+Numbers = tuple[float, ...]
+Record = TypeVar("Record")
+
+
+@dataclass(frozen=True)
+class Room:
+    """A part of the floor: rect [x0, y0, x1, y1], and the materials of its floor and walls."""
+
+    rect: Numbers
+    name: str = ""
+    floor: str = "planks"
+    wall: str = "plaster_white"
+
+
+@dataclass(frozen=True)
+class Wall:
+    """line [x0, y0, x1, y1] along x or y; gaps [[at, width, height]], windows [[at, width, sill, top]].
+
+    `at` is measured along the line from its first point. Without a material each side takes that of
+    the room it looks at. Without a height it reaches the ceiling.
+    """
+
+    line: Numbers
+    thickness: float = 0.1
+    height: float = 0.0
+    material: str = ""
+    gaps: tuple[Numbers, ...] = ()
+    windows: tuple[Numbers, ...] = ()
+
+
+@dataclass(frozen=True)
+class Poster:
+    """Something flat on a wall: at [x, y] on the wall's surface, the way it faces, z its lower edge."""
+
+    at: Numbers
+    face: str
+    art: str = "poster_1"
+    width: float = 0.6
+    height: float = 0.8
+    z: float = 1.0
+
+
+@dataclass(frozen=True)
+class Furniture:
+    """kind (furniture.py), x, y of the centre; w, d, h; turn in quarter turns; z of its underside."""
+
+    kind: str
+    x: float
+    y: float
+    w: float = 0.0
+    d: float = 0.0
+    h: float = 0.0
+    z: float = 0.0
+    turn: int = 0
+    material: str = ""
+    name: str = ""
+
+
+@dataclass(frozen=True)
+class Repeat:
+    """The same piece `times` times, each `step` [dx, dy] from the last; its name gets _1, _2 ..."""
+
+    times: int
+    step: Numbers
+    of: dict[str, Any]
+
+
+@dataclass(frozen=True)
+class Tune:
+    """The named piece that grows along `axis` (w or d) until the promised count is reached."""
+
+    piece: str
+    axis: str = "w"
+
+
+@dataclass(frozen=True)
+class Light:
+    """Brightness over the episodes: 1 - drift at the trough of a wave of `period`, times noise sigma."""
+
+    drift: float = 0.0
+    sigma: float = 0.0
+    period: float = 20.0
+
+
+@dataclass(frozen=True)
+class Move:
+    """Every `every` episodes the named piece is carried to one of `to` [[x, y], ...] or back."""
+
+    item: str
+    every: int
+    to: tuple[Numbers, ...]
+
+
+def read(record: type[Record], raw: Any, source: str, where: str) -> Record:
+    """The record in this plain dict. Raises SceneError naming file, key, and what it could have been."""
+    if not isinstance(raw, dict):
+        raise SceneError(f"{source}: {where} must be a mapping like {{{_example(record)}}}, not {raw!r}.")
+    known = {field.name: field for field in fields(record)}  # type: ignore[arg-type]
+    refuse_unknown(raw, known, source, where)
+    for name, field in known.items():
+        if name not in raw and field.default is MISSING:
+            raise SceneError(f"{source}: {where} lacks the key {name}.")
+    return record(**{
+        name: value(raw[name], str(known[name].type), source, f"{where}.{name}") for name in raw
+    })
+
+
+def refuse_unknown(raw: dict[str, Any], known: Any, source: str, where: str) -> None:
+    for key in raw:
+        if key in known:
+            continue
+        near = get_close_matches(str(key), list(known), 1)
+        hint = f"Did you mean {near[0]}?" if near else f"It has: {', '.join(known)}."
+        raise SceneError(f"{source}: {where or 'a scene'} has no key {key}. {hint}")
+
+
+def value(raw: Any, kind: str, source: str, where: str) -> Any:
+    """The value as the type named by an annotation above. Raises SceneError."""
+    if kind in _READERS:
+        wanted, convert = _READERS[kind]
+        try:
+            return convert(raw)
+        except (TypeError, ValueError):
+            raise SceneError(f"{source}: {where} must be {wanted}, not {raw!r}.") from None
+    return raw
+
+
+def _number(raw: Any) -> float:
+    if isinstance(raw, bool | str):
+        raise TypeError
+    number = float(raw)
+    if number - number != 0:
+        raise ValueError
+    return number
+
+
+def _whole(raw: Any) -> int:
+    if _number(raw) != int(raw):
+        raise ValueError
+    return int(raw)
+
+
+def _text(raw: Any) -> str:
+    if not isinstance(raw, str):
+        raise TypeError
+    return raw
+
+
+def _rows(raw: Any) -> tuple[Numbers, ...]:
+    return tuple(_numbers(row) for row in _list(raw))
+
+
+def _numbers(raw: Any) -> Numbers:
+    return tuple(_number(item) for item in _list(raw))
+
+
+def _list(raw: Any) -> list[Any]:
+    if not isinstance(raw, list | tuple):
+        raise TypeError
+    return list(raw)
+
+
+_READERS: dict[str, tuple[str, Any]] = {
+    "float": ("a number", _number),
+    "int": ("a whole number", _whole),
+    "str": ("text", _text),
+    "Numbers": ("a list of numbers", _numbers),
+    "tuple[Numbers, ...]": ("a list of lists of numbers", _rows),
+    "dict[str, Any]": ("a mapping", lambda raw: dict(raw)),
+}
+
+
+def _example(record: type) -> str:
+    return ", ".join(f"{field.name}: ..." for field in fields(record))

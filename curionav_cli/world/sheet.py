@@ -1,0 +1,104 @@
+"""A picture of a scene for people: the plan from above beside views and depths from within."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import cv2
+import numpy as np
+
+from curionav_cli.world.motion import COS, SIN
+from curionav_cli.world.render import FAR, Renderer
+from curionav_cli.world.scene import Scene
+from curionav_cli.world.texture import floor_picture
+from curionav_cli.world.pattern import picture
+from curionav_cli.world.visitable import roomiest
+
+ROWS, COLUMNS, SCALE, GAP = 4, 6, 2, 6
+PAPER, INK, SHADE = (250, 249, 246), (40, 42, 46), (214, 60, 48)
+DEPTH_ROW = 1  # every second row of views shows the depth of the row above
+"""Looking at a scene is another object than the scene: nothing here is needed to live in it."""
+
+
+def contact_sheet(scene: Scene, path: Path | str) -> None:
+    """Write a PNG: the top view, and first-person views with their depth from places spread over it."""
+    views = _spots(scene, ROWS // 2 * COLUMNS)
+    rgb, depth = Renderer(scene).render(*views)
+    tile = 64 * SCALE + GAP
+    grid = np.full((ROWS * tile + GAP, COLUMNS * tile + GAP, 3), PAPER, np.uint8)
+    for index in range(len(rgb)):
+        row, column = divmod(index, COLUMNS)
+        for below, image in ((0, rgb[index]), (1, _depth_colours(depth[index]))):
+            at = slice(GAP + (2 * row + below) * tile, GAP + (2 * row + below) * tile + 64 * SCALE)
+            across = slice(GAP + column * tile, GAP + column * tile + 64 * SCALE)
+            grid[at, across] = np.kron(image, np.ones((SCALE, SCALE, 1), np.uint8))
+    plan = top_view(scene, len(grid), views)
+    cv2.imwrite(str(path), np.concatenate([plan, grid], axis=1)[..., ::-1])
+
+
+def top_view(scene: Scene, height: int, views: tuple[np.ndarray, ...] = ()) -> np.ndarray:
+    """(height, any, 3) uint8: the floor, the boxes by height, where the camera stood."""
+    image, texel, low = _crop(scene, _from_above(scene))
+    scale = min(height / image.shape[0], 3.0 * height / image.shape[1])
+    width = max(1, round(image.shape[1] * scale))
+    drawn = cv2.resize(image, (width, max(1, round(image.shape[0] * scale))), interpolation=cv2.INTER_AREA)
+    drawn = drawn[::-1].copy()
+    for x, y, heading in zip(*views, strict=True) if views else ():
+        px, py = (x - low[0]) / texel * scale, drawn.shape[0] - (y - low[1]) / texel * scale
+        tip = (int(px + 14 * COS[heading]), int(py - 14 * SIN[heading]))
+        cv2.arrowedLine(drawn, (int(px), int(py)), tip, SHADE, 2, cv2.LINE_AA, tipLength=0.4)
+    paper = np.full((height, width + 2 * GAP, 3), PAPER, np.uint8)
+    first = (height - drawn.shape[0]) // 2
+    paper[first:first + drawn.shape[0], GAP:GAP + width] = drawn[:height]
+    return paper
+
+
+def _from_above(scene: Scene) -> tuple[np.ndarray, float]:
+    image = floor_picture(scene)
+    texel = max(scene.size) / max(image.shape[:2])
+    boxes = scene.boxes
+    texel = scene.size[0] / (image.shape[1] - 2)
+    for box in np.argsort(boxes.high[:, 2], kind="stable"):
+        if boxes.decal[box]:
+            continue
+        c0, r0 = np.floor(boxes.low[box, :2] / texel).astype(int).clip(0)
+        c1, r1 = np.ceil(boxes.high[box, :2] / texel).astype(int).clip(0)
+        closed = boxes.high[box, 2] >= scene.height
+        colour = np.array(INK) if closed else picture(boxes.materials[boxes.top[box]]).mean(axis=(0, 1))
+        image[r0:r1, c0:c1] = colour
+    return image, texel
+
+
+def _crop(scene: Scene, drawn: tuple[np.ndarray, float]) -> tuple[np.ndarray, float, tuple[float, float]]:
+    image, texel = drawn
+    rows, columns = np.nonzero(scene.plan.floor)
+    margin = 0.3
+    low = (columns.min() * scene.plan.cell - margin, rows.min() * scene.plan.cell - margin)
+    high = ((columns.max() + 1) * scene.plan.cell + margin, (rows.max() + 1) * scene.plan.cell + margin)
+    border = int(np.ceil(margin / texel))
+    padded = np.pad(image, ((border, border), (border, border), (0, 0)), constant_values=INK[0])
+    c0, r0 = (round(side / texel) + border for side in low)
+    c1, r1 = (round(side / texel) + border for side in high)
+    return padded[r0:r1, c0:c1].clip(0, 255).astype(np.uint8), texel, low
+
+
+def _spots(scene: Scene, count: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Poses spread over the visitable cells, each looking the way where most is to be seen."""
+    plan = scene.plan
+    rows, columns = np.nonzero(plan.visitable)
+    x, y = (columns + 0.5) * plan.cell, (rows + 0.5) * plan.cell
+    chosen = [int(np.argmin(np.hypot(x - plan.start.x, y - plan.start.y)))]
+    away = np.full(len(x), np.inf)
+    while len(chosen) < count:
+        away = np.minimum(away, np.hypot(x - x[chosen[-1]], y - y[chosen[-1]]))
+        chosen.append(int(away.argmax()))
+    headings = np.arange(0, 36, 3)
+    _, depth = Renderer(scene).render(np.repeat(x[chosen], 12), np.repeat(y[chosen], 12), np.tile(headings, count))
+    seen = depth.mean(axis=(1, 2)).reshape(count, 12)
+    return x[chosen], y[chosen], headings[seen.argmax(axis=1)]
+
+
+def _depth_colours(depth: np.ndarray) -> np.ndarray:
+    """(64, 64, 3) uint8: near is bright."""
+    near = np.rint(255.0 * (1.0 - np.minimum(depth / FAR, 1.0) ** 0.6)).astype(np.uint8)
+    return cv2.applyColorMap(near, cv2.COLORMAP_INFERNO)[..., ::-1]

@@ -1,0 +1,138 @@
+"""What the renderer knows about each box before it sees it: z slabs and texture addresses, per row.
+
+Rows of every table: the boxes, then FAR_BOX (the haze behind everything), EMPTY (never hit) and PLANE
+(floor below the horizon, ceiling above it).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from curionav_cli.world.boxes import EAST, NORTH, SOUTH, WEST, Boxes
+from curionav_cli.world.pattern import SIZE
+from curionav_cli.world.texture import LEVEL_OFFSET, LEVELS, SHEET_LEVELS, TEXEL, Atlas
+
+FACE_LIGHT = np.array([0.90, 0.82, 0.97, 0.86])  # west, east, south, north
+TOP_LIGHT, UNDER_LIGHT, FLOOR_LIGHT, CEILING_LIGHT = 1.0, 0.5, 0.94, 0.97
+HAZE = 0.035  # light left at depth d: 1 / (1 + HAZE d)
+STRETCH = SIZE - 0.02  # texels of a fitted picture; the rest keeps rounding inside it
+NOWHERE = 1e9
+
+
+@dataclass(frozen=True)
+class Surfaces:
+    """K boxes and three more rows; R image rows. All flat tables are indexed by box * R + row."""
+
+    low: np.ndarray  # (K + 3, 2) float64, x and y
+    high: np.ndarray
+    open: np.ndarray  # (K + 3,) uint32: the sign bit where one may see over or under the box
+    near: np.ndarray  # (K + 3, R) float32: depth at which row r enters the box's heights
+    far: np.ndarray
+    address: np.ndarray  # flat int32: texel of the horizontal face that row r meets
+    stride: np.ndarray
+    x_scale: np.ndarray  # flat float32, texels a metre
+    x_shift: np.ndarray
+    y_scale: np.ndarray
+    y_shift: np.ndarray
+    light: np.ndarray  # flat float32, 0 to 256
+    side_base: np.ndarray  # flat int32, index box * 4 + face
+    side_along: np.ndarray  # flat float32: texels a metre along the wall, negative where it runs backwards
+    side_shift: np.ndarray
+    side_up: np.ndarray  # texels a metre upwards, and the texel at z = 0
+    side_foot: np.ndarray
+    side_light: np.ndarray
+
+    @property
+    def boxes(self) -> int:
+        return len(self.low) - 3
+
+
+def build_surfaces(boxes: Boxes, atlas: Atlas, height: float, camera: float, slope: np.ndarray,
+                   pixel: float) -> Surfaces:
+    """slope (R,): rise of each row's rays a metre of depth; pixel: width of one at depth 1."""
+    near, far = _heights(boxes, height, camera, slope)
+    bottom, top = boxes.low[:, 2], boxes.high[:, 2]
+    closed = (bottom <= 0.0) & (top >= height) & ~boxes.decal
+    sign = np.where(closed, 0, 1 << 31).astype(np.uint32)
+    blank = np.full((3, 2), NOWHERE)
+    blank[2] = 0.0
+    return Surfaces(
+        low=np.concatenate([boxes.low[:, :2], blank]), high=np.concatenate([boxes.high[:, :2], blank]),
+        open=np.append(sign, np.array([0, 1 << 31, 1 << 31], np.uint32)), near=near, far=far,
+        **_horizontal(boxes, atlas, near, slope, pixel), **_vertical(boxes, atlas))
+
+
+def _heights(boxes: Boxes, height: float, camera: float, slope: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    down = (boxes.low[:, 2, None] - camera) / slope
+    up = (boxes.high[:, 2, None] - camera) / slope
+    plane = np.where(slope < 0, -camera, height - camera) / slope
+    near = np.concatenate([np.minimum(down, up), np.zeros((2, len(slope))), plane[None]])
+    far = np.concatenate([np.maximum(down, up), np.full((3, len(slope)), np.inf)])
+    return np.maximum(near, 0.0).astype(np.float32), far.astype(np.float32)
+
+
+def _horizontal(boxes: Boxes, atlas: Atlas, near: np.ndarray, slope: np.ndarray,
+                pixel: float) -> dict[str, np.ndarray]:
+    """Tops are fitted pictures, or tiles at their true size; undersides are their material, dark."""
+    low, extent = boxes.low[:, :2], boxes.high[:, :2] - boxes.low[:, :2]
+    full = np.where(boxes.fit[:, None], STRETCH / extent, np.minimum(TEXEL, STRETCH / extent))
+    wide = np.maximum(full[:, :1], full[:, 1:]) * near[:len(boxes)] * pixel / np.sqrt(np.abs(slope))
+    level = np.clip(np.log2(np.maximum(wide, 1e-6)) + 0.5, 0, LEVELS - 1).astype(int)
+    shrink = 0.5 ** level
+    x_scale, y_scale = full[:, :1] * shrink, np.broadcast_to(full[:, 1:], level.shape)
+    tops = {
+        "address": atlas.base[boxes.top][:, None] + LEVEL_OFFSET[level],
+        "stride": np.full(level.shape, SIZE), "x_scale": x_scale, "y_scale": y_scale,
+        "x_shift": -low[:, :1] * x_scale, "y_shift": -low[:, 1:] * y_scale,
+        "light": np.broadcast_to(np.where(slope < 0, TOP_LIGHT, UNDER_LIGHT), level.shape),
+    }
+    plane = _plane(atlas, near[-1], slope, pixel)
+    light = 256.0 / (1.0 + HAZE * near)
+    kinds = {"address": np.int32, "stride": np.int32}
+    flat = {}
+    for key, table in tops.items():
+        rows = np.concatenate([table, np.zeros((2, len(slope))), plane[key][None]])
+        flat[key] = (rows * light if key == "light" else rows).astype(kinds.get(key, np.float32)).ravel()
+    return flat
+
+
+def _plane(atlas: Atlas, depth: np.ndarray, slope: np.ndarray, pixel: float) -> dict[str, np.ndarray]:
+    """Floor and ceiling, as rows of the tables in _horizontal."""
+    rows: dict[str, list[float]] = {key: [] for key in
+                                    ("address", "stride", "x_scale", "y_scale", "x_shift", "y_shift", "light")}
+    for d, s in zip(depth, slope, strict=True):
+        sheet = atlas.floor if s < 0 else atlas.ceiling
+        texels = d * pixel * sheet.scale[0] / np.sqrt(abs(s))
+        level = int(np.clip(np.log2(max(texels, 1e-6)) + 0.3, 0, SHEET_LEVELS - 1))
+        rows["address"].append(sheet.base[level])
+        rows["stride"].append(sheet.stride[level])
+        rows["x_scale"].append(sheet.scale[level])
+        rows["y_scale"].append(sheet.scale[level])
+        rows["x_shift"].append(0.0)
+        rows["y_shift"].append(0.0)
+        rows["light"].append(FLOOR_LIGHT if s < 0 else CEILING_LIGHT)
+    return {key: np.array(row) for key, row in rows.items()}
+
+
+def _vertical(boxes: Boxes, atlas: Atlas) -> dict[str, np.ndarray]:
+    """u runs to the viewer's right on every face, v upwards."""
+    count = len(boxes)
+    along, shift = np.zeros((count + 3, 4)), np.zeros((count + 3, 4))
+    up, foot = np.zeros((count + 3, 4)), np.zeros((count + 3, 4))
+    base, light = np.full((count + 3, 4), atlas.haze), np.full((count + 3, 4), 256.0)
+    for face, axis, sign in ((WEST, 1, -1.0), (EAST, 1, 1.0), (SOUTH, 0, 1.0), (NORTH, 0, -1.0)):
+        low, high = boxes.low[:, axis], boxes.high[:, axis]
+        scale = np.where(boxes.fit, STRETCH / (high - low), TEXEL)
+        along[:count, face] = sign * scale
+        start = np.where(sign > 0, low, high)
+        shift[:count, face] = np.where(boxes.fit, -sign * start * scale, 0.0)
+        base[:count, face] = atlas.base[boxes.sides[:, face]]
+        light[:count, face] *= FACE_LIGHT[face]
+    bottom, top = boxes.low[:, 2:], boxes.high[:, 2:]
+    up[:count] = np.where(boxes.fit[:, None], STRETCH / (top - bottom), TEXEL)
+    foot[:count] = np.where(boxes.fit[:, None], -bottom * up[:count], 0.0)
+    return {"side_base": base.astype(np.int32).ravel(), "side_along": along.astype(np.float32).ravel(),
+            "side_shift": shift.astype(np.float32).ravel(), "side_up": up.astype(np.float32).ravel(),
+            "side_foot": foot.astype(np.float32).ravel(), "side_light": light.astype(np.float32).ravel()}
