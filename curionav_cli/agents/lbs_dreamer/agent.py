@@ -72,7 +72,7 @@ class LBSDreamer(Agent):
         meter = Meter()
         for iteration in range(iterations):
             meter.add(self.learner.update(self._draw(replay)))
-            tick(iteration)
+            tick(iteration + 1)
         metrics = meter.read()
         broken = [name for name, value in metrics.items() if not math.isfinite(value)]
         if broken:

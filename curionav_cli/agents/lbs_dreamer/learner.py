@@ -38,7 +38,7 @@ def build_networks(hyper: schema.LBSDreamer, generator: torch.Generator, device:
     networks.stream_norm.mean.zero_()
     networks.stream_norm.magnitude.fill_(1)
     networks.behaviour.update_slow_critic()
-    return networks.to(device, memory_format=torch.channels_last)
+    return networks.to(device)
 
 
 class Learner:

@@ -1,6 +1,6 @@
 """Encoder, decoder and MLP (DreamerV2, appendix D), with images held as patches.
 
-Letters: N frames, k kernel, s stride, P = 3 s s numbers of a patch, G = 64 / s patches a side, E embedding.
+Letters: N frames, k kernel, s stride, G = 64 / s patches a side, P = 3 s s numbers of a patch, E embedding.
 
 A convolution of kernel k and stride s on pixels equals one of kernel k / s and stride 1 on s x s
 patches, and the mirror image of that holds for the decoder's last layer. Both are computed on
@@ -17,17 +17,17 @@ SIDE, COLOURS = 64, 3
 
 
 def to_patches(image: Tensor, stride: int) -> Tensor:
-    """Images (N, 64, 64, 3) uint8 -> patches (N, P, G, G) float in [-0.5, 0.5], channels last."""
+    """Images (..., 64, 64, 3) uint8 -> patches (N, G, G, P) float in [-0.5, 0.5]."""
     grid = SIDE // stride
     blocks = image.view(-1, grid, stride, grid, stride, COLOURS).transpose(2, 3)
     blocks = blocks.reshape(-1, grid, grid, stride * stride * COLOURS)
-    return blocks.float().mul_(1 / 255).sub_(0.5).permute(0, 3, 1, 2)
+    return blocks.float().mul_(1 / 255).sub_(0.5)
 
 
 def to_images(patches: Tensor, stride: int) -> Tensor:
-    """The way back: (N, P, G, G) float -> (N, 64, 64, 3) uint8."""
+    """The way back: (N, G, G, P) float -> (N, 64, 64, 3) uint8."""
     grid = SIDE // stride
-    blocks = patches.float().permute(0, 2, 3, 1).reshape(-1, grid, grid, stride, stride, COLOURS)
+    blocks = patches.float().reshape(-1, grid, grid, stride, stride, COLOURS)
     image = blocks.transpose(2, 3).reshape(-1, SIDE, SIDE, COLOURS)
     return ((image + 0.5) * 255).round().clamp(0, 255).to(torch.uint8)
 
@@ -64,7 +64,7 @@ def initialise(module: nn.Module, generator: torch.Generator) -> None:
 
 
 class Encoder(nn.Module):
-    """Convolutions with ELU, no padding: (N, P, G, G) -> (N, E)."""
+    """Convolutions with ELU, no padding: (N, G, G, P) -> (N, E)."""
 
     def __init__(self, channels: list[int], kernels: list[int], strides: list[int]):
         super().__init__()
@@ -79,14 +79,14 @@ class Encoder(nn.Module):
 
     def forward(self, patches: Tensor) -> Tensor:
         first, *rest = self.layers
-        x = F.elu(F.conv2d(patches, patch_kernel(first.weight, self.stride), first.bias))
+        x = F.elu(F.conv2d(patches.permute(0, 3, 1, 2), patch_kernel(first.weight, self.stride), first.bias))
         for layer in rest:
             x = F.elu(layer(x))
         return x.permute(0, 2, 3, 1).flatten(1)  # (N, E), rows and columns before channels as in Keras
 
 
 class Decoder(nn.Module):
-    """A dense layer and transposed convolutions with ELU, none on the last: (N, F) -> (N, P, G, G).
+    """A dense layer and transposed convolutions with ELU, none on the last: (N, F) -> (N, G, G, P).
 
     The output is the mean of a normal distribution of variance one for every number of the image.
     """
@@ -106,7 +106,7 @@ class Decoder(nn.Module):
             x = F.elu(layer(x))
         weight = transposed_patch_kernel(last.weight, self.stride)
         bias = last.bias.repeat(self.stride ** 2)
-        return F.conv2d(x, weight, bias, padding=weight.shape[-1] - 1)
+        return F.conv2d(x, weight, bias, padding=weight.shape[-1] - 1).permute(0, 2, 3, 1)
 
     @staticmethod
     def _from_point(layer: nn.ConvTranspose2d, x: Tensor) -> Tensor:

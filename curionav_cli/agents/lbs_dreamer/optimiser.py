@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import cast
+
 import torch
 from torch import Tensor, nn
 
@@ -9,7 +11,7 @@ from torch import Tensor, nn
 def clip_by_norm(gradients: list[Tensor], limit: float) -> Tensor:
     """Scale in place to a global norm of at most `limit`; returns the norm before."""
     norm = torch.linalg.vector_norm(torch.stack(torch._foreach_norm(gradients)))
-    torch._foreach_mul_(gradients, (limit / norm.clamp(min=limit)))
+    torch._foreach_mul_(gradients, limit / norm.clamp(min=limit))
     return norm
 
 
@@ -29,12 +31,10 @@ class Optimiser:
 
     def step(self, loss: Tensor) -> Tensor:
         """One update of these parameters and no others; returns the gradient's norm, unclipped."""
-        gradients = list(torch.autograd.grad(loss, self.parameters))
-        norm = clip_by_norm(gradients, self.clip)
+        loss.backward(inputs=self.parameters)  # into .grad, which has the parameter's memory layout
+        norm = clip_by_norm([cast(Tensor, parameter.grad) for parameter in self.parameters], self.clip)
         with torch.no_grad():
             torch._foreach_mul_(self.parameters, 1 - self.decay)
-        for parameter, gradient in zip(self.parameters, gradients, strict=True):
-            parameter.grad = gradient
         self.adam.step()
         self.adam.zero_grad(set_to_none=True)
         return norm

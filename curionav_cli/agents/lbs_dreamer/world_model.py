@@ -42,11 +42,11 @@ class WorldModel(nn.Module):
         self.decoded = max(1, round(hyper.decoded_share * frames))
 
     def patches(self, image: Tensor) -> Tensor:
-        """(..., 64, 64, 3) uint8 -> (N, P, G, G), as the encoder reads and the decoder writes it."""
+        """(..., 64, 64, 3) uint8 -> (N, G, G, P), as the encoder reads and the decoder writes it."""
         return to_patches(image, self.encoder.stride)
 
     def observe(self, state: State, patches: Tensor, action: Tensor, noise: Tensor) -> Observed:
-        """Filter T steps: patches (T * B, P, G, G), action (T, B), noise (T, B, S)."""
+        """Filter T steps: patches (T * B, G, G, P), action (T, B), noise (T, B, S)."""
         return self.rssm.observe(state, self.encoder(patches).unflatten(0, action.shape), action, noise)
 
     def loss(self, data: Sequences, noise: Tensor, frame_noise: Tensor) -> tuple[Tensor, Observed, dict[str, Tensor]]:

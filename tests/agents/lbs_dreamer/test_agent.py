@@ -1,0 +1,203 @@
+"""The agent as the loop sees it: acting, learning, saving; the same seed gives the same bytes."""
+
+import hashlib
+import json
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+import torch
+
+from curionav_cli.agents.lbs_dreamer.agent import LBSDreamer, resolve_device
+from curionav_cli.agents.lbs_dreamer.world_model import Sequences
+from curionav_cli.errors import ConfigError, RunFailed, RunFolderError
+
+
+def ignore(done):
+    pass
+
+
+def fingerprint(agent):
+    """Everything that is saved, as one hash."""
+    digest = hashlib.sha256()
+    for name, tensor in sorted(agent.learner.networks.state_dict().items()):
+        digest.update(name.encode() + tensor.numpy().tobytes())
+    for name, optimiser in agent.learner.optimisers.items():
+        for path, tensor in sorted(optimiser.state().items()):
+            digest.update(f"{name}/{path}".encode() + tensor.numpy().tobytes())
+    digest.update(agent.learner.generator.get_state().numpy().tobytes())
+    digest.update(json.dumps(agent.rng.bit_generator.state).encode())
+    digest.update(f"{agent.learner.updates} {agent.learner.behaviour_updates}".encode())
+    return digest.hexdigest()
+
+
+def walk(agent, episode):
+    agent.begin()
+    return [agent.act({"image": image}, {}) for image in episode.image]
+
+
+def test_it_acts_and_learns(agent, replay):
+    made, store, done = agent(), replay(), []
+    metrics = made.learn(store, 4, done.append)
+    assert done == [1, 2, 3, 4]
+    assert {"model_loss", "image_loss", "kl", "lbs_target", "lbs_reward", "actor_entropy", "critic_value",
+            "model_norm", "lbs_norm", "actor_norm", "critic_norm"} <= metrics.keys()
+    assert all(type(value) is float and np.isfinite(value) for value in metrics.values())
+    actions = walk(made, store.episodes[0])
+    assert set(actions) <= {0, 1, 2} and all(type(action) is int for action in actions)
+
+
+def test_no_iterations_change_nothing(agent, replay):
+    made = agent()
+    before = fingerprint(made)
+    assert made.learn(replay(), 0, ignore) == {}
+    assert fingerprint(made) == before
+
+
+def test_same_seed_same_bytes_other_seed_other_bytes(agent, replay):
+    prints = []
+    for seed in (0, 0, 1):
+        torch.manual_seed(len(prints))  # the global generator must not matter
+        made = agent(seed)
+        walk(made, replay().episodes[0])
+        made.learn(replay(), 3, ignore)
+        prints.append((fingerprint(made), tuple(walk(made, replay().episodes[1]))))
+    assert prints[0] == prints[1] and prints[0][0] != prints[2][0]
+
+
+def test_acting_is_filtering_with_the_same_noise(agent, replay):
+    made, episode = agent(), replay().episodes[0]
+    noise = torch.rand(len(episode) + 1, 1, 5, generator=torch.Generator().manual_seed(3))
+    draws = iter(noise)
+    torch_rand, torch.rand = torch.rand, lambda *shape, **kw: next(draws)
+    try:
+        actions, states = [], []
+        made.begin()
+        for image in episode.image:
+            actions.append(made.act({"image": image}, {}))
+            states.append(made.state)
+    finally:
+        torch.rand = torch_rand
+    model = made.learner.networks.world_model
+    led_to = torch.tensor([-1, *actions[:-1]])[:, None]
+    seen = model.observe(model.rssm.initial(1), model.patches(torch.from_numpy(episode.image)), led_to, noise[..., :4])
+    torch.testing.assert_close(torch.stack([state.deter for state in states]), seen.states.deter)
+    assert (torch.stack([state.stoch for state in states]) == seen.states.stoch).all()
+
+
+def test_an_episode_starts_afresh(agent, replay):
+    made, episode = agent(), replay().episodes[0]
+    state = made.learner.generator.get_state()
+    first = walk(made, episode)
+    made.learner.generator.set_state(state)
+    assert walk(made, episode) == first
+
+
+def test_a_resumed_agent_is_the_same_to_the_bit(agent, replay, tmp_path):
+    straight, store = agent(), replay()
+    straight.learn(store, 3, ignore)
+    straight.save(tmp_path)
+    resumed = agent(seed=7)
+    resumed.load(tmp_path)
+    assert fingerprint(resumed) == fingerprint(straight)
+    for made in (straight, resumed):
+        walk(made, store.episodes[0])
+        made.learn(store, 3, ignore)
+    assert fingerprint(resumed) == fingerprint(straight)
+    assert walk(resumed, store.episodes[1]) == walk(straight, store.episodes[1])
+
+
+FRESH = """
+import sys
+from pathlib import Path
+import torch
+from curionav_cli.agents.lbs_dreamer.agent import LBSDreamer
+from curionav_cli.config import schema
+from curionav_cli.records import Episode
+from curionav_cli.storage.replay import Replay
+import json
+folder = Path(sys.argv[1])
+torch.set_num_threads(1)
+numbers = json.loads((folder / "hyper.json").read_text())
+hyper = schema.LBSDreamer(**{**numbers, "precision": schema.Precision(numbers["precision"])})
+agent = LBSDreamer(hyper, 5, "cpu")
+agent.load(folder / "half")
+agent.learn(Replay.open(sorted(folder.glob("*.npz"))), 3, lambda done: None)
+(folder / "end").mkdir()
+agent.save(folder / "end")
+"""
+
+
+def test_a_fresh_process_goes_on_to_the_same_bytes(tiny, replay, tmp_path):
+    settings, store = tiny(), replay()
+    numbers = {**vars(settings), "precision": settings.precision.value}
+    (tmp_path / "hyper.json").write_text(json.dumps(numbers))
+    for index, episode in enumerate(store.episodes):
+        episode.save(tmp_path / f"{index}.npz")
+    for name in ("half", "straight"):
+        (tmp_path / name).mkdir()
+    made = LBSDreamer(settings, 0, "cpu")
+    made.learn(store, 3, ignore)
+    made.save(tmp_path / "half")
+    made.learn(store, 3, ignore)
+    made.save(tmp_path / "straight")
+    subprocess.run([sys.executable, "-c", FRESH, str(tmp_path)], check=True)
+    files = sorted(path.name for path in (tmp_path / "straight").iterdir())
+    assert files == ["rng.json", "training.json", "training.safetensors", "weights.safetensors"]
+    for name in files:
+        assert (tmp_path / "end" / name).read_bytes() == (tmp_path / "straight" / name).read_bytes(), name
+
+
+def test_weights_of_another_size_are_refused(agent, tmp_path):
+    agent().save(tmp_path)
+    with pytest.raises(RunFolderError, match=r"does not fit this agent: .* is \(\d+.* there and \(\d+.* here"):
+        agent(gru_units=24).load(tmp_path)
+
+
+def test_broken_and_missing_files_are_refused(agent, tmp_path):
+    with pytest.raises(RunFolderError, match="cannot be read"):
+        agent().load(save_into(agent(), tmp_path / "a", lambda folder: (folder / "training.json").write_text("{")))
+    with pytest.raises(RunFolderError, match="weights.safetensors cannot be read"):
+        agent().load(save_into(agent(), tmp_path / "b", lambda folder: (folder / "weights.safetensors").unlink()))
+
+
+def save_into(made, folder, harm):
+    folder.mkdir()
+    made.save(folder)
+    harm(folder)
+    return folder
+
+
+def test_episodes_that_are_too_short_are_named_with_the_cure(agent, replay):
+    with pytest.raises(ConfigError, match="loop.steps must be at least 7"):
+        agent().learn(replay(steps=6), 1, ignore)
+    agent().learn(replay(steps=7), 1, ignore)
+
+
+def test_a_loss_that_is_not_finite_ends_the_run(agent, replay):
+    made = agent()
+    with torch.no_grad():
+        made.learner.networks.world_model.decoder.dense.bias.fill_(torch.nan)
+    with pytest.raises(RunFailed, match="training diverged: .*model_loss.* not finite after 2 updates"):
+        made.learn(replay(), 2, ignore)
+
+
+def test_a_wild_input_stays_finite(agent):
+    """Logits of ten thousand: softmax, KL and returns must not overflow."""
+    made = agent()
+    with torch.no_grad():
+        for parameter in made.learner.networks.world_model.rssm.parameters():
+            parameter.mul_(1e4)
+    data = Sequences(torch.full((8, 3, 64, 64, 3), 255, dtype=torch.uint8), torch.zeros(8, 3, dtype=torch.int64),
+                     torch.zeros(3, dtype=torch.bool))
+    assert all(torch.isfinite(value).all() for value in made.learner.update(data).values())
+
+
+def test_devices(monkeypatch):
+    monkeypatch.setattr(torch.cuda, "is_available", lambda: False)
+    assert resolve_device("auto") == resolve_device("cpu") == torch.device("cpu")
+    with pytest.raises(ConfigError, match="device=cuda, but torch sees no CUDA device"):
+        resolve_device("cuda")
+    monkeypatch.setattr(torch.cuda, "is_available", lambda: True)
+    assert resolve_device("auto") == torch.device("cuda")
