@@ -42,8 +42,13 @@ def imports(path: Path) -> set[str]:
 
 def own_rooms(names: set[str]) -> set[str]:
     inside = {name.removeprefix("curionav_cli.") for name in names if name.startswith("curionav_cli.")}
-    rooms = {room_of(name) for name in inside}
-    return rooms - {"__version__"} - ({"config"} if inside <= {"config", "config.schema"} else set())
+    return {room_of(name) for name in inside - {"__version__"}}
+
+
+def test_an_upward_import_would_be_seen(tmp_path: Path) -> None:
+    module = tmp_path / "module.py"
+    module.write_text("def late():\n    from curionav_cli.commands import explore\n")
+    assert own_rooms(imports(module)) == {"commands"}
 
 
 @pytest.mark.parametrize("path", MODULES, ids=name_of)

@@ -66,7 +66,8 @@ def report(request: Request, outcomes: list[Outcome], swept: bool) -> int:
     failed = [outcome for outcome in outcomes if outcome.code]
     for outcome in failed:
         print(f"{outcome.folder.name}: {outcome.error}" if swept else outcome.error, file=sys.stderr)
-        print(f"The traceback is in {outcome.folder / request.command}.log", file=sys.stderr)
+        if outcome.code == 1:
+            print(f"The traceback is in {outcome.folder / request.command}.log", file=sys.stderr)
     if swept:
         return 1 if failed else 0
     return failed[0].code if failed else 0

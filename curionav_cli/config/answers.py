@@ -20,14 +20,14 @@ NAMES = {
 
 def closest(word: str, known: Iterable[str]) -> list[str]:
     """Full keys near `word`, else those that end in it, hold it as a word (lr: model_lr), end nearly so."""
-    keys = list(known)
-    near = get_close_matches(word, keys, n=2, cutoff=0.75)
+    leaves: dict[str, list[str]] = {}
+    for key in known:
+        leaves.setdefault(key.rpartition(".")[2], []).append(key)
+    keys = [key for same in leaves.values() for key in same]
+    parent, _, leaf = word.rpartition(".")
+    near = [] if leaf in leaves and not parent else get_close_matches(word, keys, n=2, cutoff=0.75)
     if near:
         return near
-    leaves: dict[str, list[str]] = {}
-    for key in keys:
-        leaves.setdefault(key.rpartition(".")[2], []).append(key)
-    leaf = word.rpartition(".")[2]
     names = [leaf] if leaf in leaves else [name for name in leaves if leaf in name.split("_")]
     names = names or get_close_matches(leaf, leaves, n=1, cutoff=0.7)
     return [key for name in names for key in leaves[name]]
@@ -49,11 +49,6 @@ def type_of(config: DictConfig, key: str) -> Any:
     return get_type_hints(owner).get(leaf) if is_dataclass(owner) else None
 
 
-def needs(config: DictConfig, key: str) -> str | None:
-    """What a key takes, in words; None where its type says too little."""
-    return in_words(type_of(config, key))
-
-
 def choices(config: DictConfig, key: str) -> list[str]:
     """The values of a key that has only a few."""
     kind = type_of(config, key)
@@ -63,6 +58,7 @@ def choices(config: DictConfig, key: str) -> list[str]:
 
 
 def in_words(kind: Any) -> str | None:
+    """What a type takes; None where it says too little."""
     if get_origin(kind) in (Union, UnionType):
         return in_words(next(each for each in get_args(kind) if each is not NoneType))
     if get_origin(kind) is list:

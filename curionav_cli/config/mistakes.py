@@ -13,7 +13,7 @@ from dataclasses import fields, is_dataclass
 from difflib import get_close_matches
 from functools import cached_property
 from pathlib import Path
-from typing import NoReturn
+from typing import NoReturn, get_type_hints
 
 import yaml
 from hydra._internal.hydra import Hydra
@@ -31,8 +31,8 @@ from curionav_cli.config.answers import (
     exists,
     first_line,
     has,
+    in_words,
     located,
-    needs,
     owner_of,
 )
 from curionav_cli.errors import ConfigError
@@ -156,11 +156,14 @@ class Mistakes:
         file = re.match(r"In '([^']+)'", str(error))
         where = f"{self.file(file[1])}: " if file else ""
         key = str(inner.full_key).partition("[")[0] if inner and inner.full_key else ""
-        if file and "not in" in str(inner):
-            known = [name for name, _ in listing.flat(base)]
+        parent, dot, leaf = key.rpartition(".")
+        owner = owner_of(inner.parent_node, "") if inner and file else owner_of(base, parent)
+        hints = get_type_hints(owner) if is_dataclass(owner) else {}
+        if file and hints and leaf not in hints:
+            known = [f"{parent}{dot}{name}" for name in hints]
             raise ConfigError(f"{where}the settings have no key {key}.{self.guess(key, known)}") from error
         typed = {override.key_or_group: override for override in self.values_of(job)}
-        expected = needs(base, key)
+        expected = in_words(hints.get(leaf))
         if expected:
             text = typed[key].get_value_element_as_str() if key in typed else getattr(inner, "value", "it")
             raise ConfigError(f"{where}{key}: {text!r} is not {expected}.") from error

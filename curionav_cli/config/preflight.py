@@ -20,7 +20,7 @@ from curionav_cli.config.settings import as_settings
 from curionav_cli.config.sources import MAIN
 from curionav_cli.errors import ConfigError
 
-COMPOSED = 100  # jobs; of a larger sweep each value is still composed once
+COMPOSED = 16  # jobs; of a larger sweep each value is still composed once
 
 
 @dataclass(frozen=True)
@@ -99,5 +99,6 @@ def output_folder(config: DictConfig, multirun: bool) -> str:
 
 
 def pin(folder: str, multirun: bool) -> str:
-    quoted = folder.replace("\\", "\\\\").replace("'", "\\'")
+    """Absolute, since the workers of a launcher may stand elsewhere."""
+    quoted = str(Path(folder).absolute()).replace("'", "\\'")
     return f"hydra.{'sweep' if multirun else 'run'}.dir='{quoted}'"

@@ -1,0 +1,25 @@
+"""The real entry point, called in this process, in a folder of its own."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from entry import Answer, Cli
+
+from curionav_cli.app import main
+
+
+@pytest.fixture
+def cli(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> Cli:
+    """cli("explore", "seed=1") -> exit code, stdout, stderr; relative paths lead into tmp_path."""
+    monkeypatch.chdir(tmp_path)
+
+    def call(*words: str) -> Answer:
+        capsys.readouterr()
+        with pytest.raises(SystemExit) as stop:
+            main(list(words))
+        seen = capsys.readouterr()
+        return Answer(int(stop.value.code or 0), seen.out, seen.err)
+
+    return call

@@ -1,0 +1,62 @@
+"""Completion as bash asks for it: words cut at '=', through the script that users install."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+SCRIPT = """
+eval "$(_CURIONAV_COMPLETE=source_bash curionav)"
+COMP_WORDS=("$@"); COMP_CWORD=$(($# - 1))
+_curionav_completion curionav
+printf '%s\\n' "${COMPREPLY[@]}"
+"""
+BIN = Path(sys.executable).parent
+
+pytestmark = pytest.mark.skipif(
+    shutil.which("bash") is None or not (BIN / "curionav").exists(), reason="needs bash and the script")
+
+
+def bash(*words: str) -> list[str]:
+    """What bash would offer for these words, the last one being completed."""
+    env = {**os.environ, "PATH": f"{BIN}:{os.environ['PATH']}"}
+    command = ["bash", "--norc", "-c", SCRIPT, "bash", "curionav", *words]
+    return subprocess.run(command, env=env, capture_output=True, text=True, check=True).stdout.split()
+
+
+TYPED = {
+    "ex": ["explore"],
+    "explore env = sm": ["small_room"],
+    "explore env=sm": ["env=small_room"],
+    "explore agent = random env = sm": ["small_room"],
+    "explore -m agent = random,bo": ["random,bounce"],
+    "explore agent = sticky agent.re": ["agent.repeat="],
+    "explore device =": ["auto", "cpu", "cuda"],
+    "explore env.collision = s": ["stop", "slide"],
+    "explore loop.ste": ["loop.steps="],
+    "explore --mul": ["--multirun"],
+    "explore schem": [],
+    "explore agent = unheard env = sm": ["small_room"],
+}
+
+
+@pytest.mark.parametrize("typed", TYPED)
+def test_bash(typed: str) -> None:
+    assert bash(*typed.split()) == TYPED[typed]
+
+
+def test_a_users_directory_is_completed_too(tmp_path: Path) -> None:
+    (tmp_path / "agent").mkdir()
+    (tmp_path / "agent" / "stubborn.yaml").write_text("defaults:\n  - sticky\n")
+    assert bash("explore", "-cd", str(tmp_path), "agent", "=", "stu") == ["stubborn"]
+
+
+def test_zsh_is_given_whole_words() -> None:
+    asked = {"_CURIONAV_COMPLETE": "complete_zsh", "_TYPER_COMPLETE_ARGS": "curionav explore env=sm"}
+    done = subprocess.run([BIN / "curionav"], env={**os.environ, **asked}, capture_output=True, text=True)
+    assert '"env=small_room"' in done.stdout
