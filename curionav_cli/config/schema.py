@@ -87,7 +87,7 @@ class Precision(Enum):
 
 @dataclass(frozen=True)
 class LBSDreamer:
-    """The paper's hyperparameter table in its order, then what it leaves out; conf/scale/lbs_dreamer has the values.
+    """The paper's hyperparameter table in its order, then what it leaves out.
 
     The encoder's first stride and the decoder's last are one number, and divide their kernels: images
     are kept as patches of that side.
@@ -134,7 +134,8 @@ class LBSDreamer:
     precision: Precision
 
     def __post_init__(self) -> None:
-        at_least = {0: ("free_nats", "model_lr", "actor_lr", "critic_lr", "entropy", "adam_epsilon", "lbs_burn_in"),
+        at_least = {0: ("free_nats", "model_lr", "actor_lr", "critic_lr", "entropy", "adam_epsilon",
+                        "lbs_burn_in"),
                     1: ("batch_size", "latent_dimension", "gru_units", "slow_critic_interval", "mlp_layers",
                         "mlp_units", "rssm_hidden", "behaviour_interval", "imagination_starts"),
                     2: ("sequence_length", "latent_classes", "horizon")}
@@ -151,7 +152,7 @@ class LBSDreamer:
         for kernel, stride in zip(self.decoder_kernels, self.decoder_strides, strict=True):
             side = (side - 1) * stride + kernel
         if side != 64:
-            raise ValueError(f"agent.decoder_kernels: with agent.decoder_strides the image has side {side}, not 64")
+            raise ValueError(f"agent.decoder_kernels: with these strides the image has side {side}, not 64")
         patch, kernels = self.encoder_strides[0], (self.encoder_kernels[0], self.decoder_kernels[-1])
         if patch != self.decoder_strides[-1] or 64 % patch or any(kernel % patch for kernel in kernels):
             raise ValueError("agent.encoder_strides: the first must be the last of agent.decoder_strides, "

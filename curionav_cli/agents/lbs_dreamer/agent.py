@@ -54,10 +54,10 @@ class LBSDreamer(Agent):
     @torch.inference_mode()
     def act(self, observation: dict[str, np.ndarray], info: dict[str, Any]) -> int:
         """Filter the image into the state that is carried over the episode, then sample the policy."""
-        networks, hyper = self.learner.networks, self.hyper
+        networks, generator = self.learner.networks, self.learner.generator
         model, rssm = networks.world_model, networks.world_model.rssm
         patches = model.patches(torch.from_numpy(observation["image"]).to(self.device))
-        noise = torch.rand(1, hyper.latent_dimension + 1, generator=self.learner.generator, device=self.device)
+        noise = torch.rand(1, rssm.latents + 1, generator=generator, device=self.device)
         self.state, _ = rssm.filter(self.state, rssm.action_input(self.action),
                                     rssm.embed_input(model.encoder(patches)), noise[:, :-1])
         self.action = networks.behaviour.act(self.state.features, noise[:, -1])

@@ -51,7 +51,7 @@ def load_learner(learner: Learner, folder: Path) -> None:
     generator = training.pop("generator")
     for name, optimiser in learner.optimisers.items():
         prefix = f"{name}/"
-        optimiser.load_state({path.removeprefix(prefix): tensor.to(learner.device) if path.endswith("step") else tensor
+        optimiser.load_state({path.removeprefix(prefix): tensor.to(learner.device)
                               for path, tensor in training.items() if path.startswith(prefix)})
     learner.updates, learner.behaviour_updates = counters["updates"], counters["behaviour_updates"]
     if counters["device"] == learner.device.type:

@@ -73,8 +73,7 @@ class Learner:
         with self._precision():
             loss, seen, metrics = model.loss(data, noise, self._noise(data.action.numel()))
         metrics["model_norm"] = self.optimisers["model"].step(loss)
-        seen = Observed(State(*(part.detach() for part in seen.states)), seen.posterior.detach(), seen.prior.detach())
-        return seen, metrics
+        return seen.detach(), metrics
 
     def update_curiosity(self, seen: Observed, is_start: Tensor) -> dict[str, Tensor]:
         """Equation (2), on the states that the world model has just filtered."""

@@ -9,6 +9,9 @@ patches, which is faster by half and exact; the parameters keep their usual shap
 
 from __future__ import annotations
 
+from itertools import pairwise
+from typing import cast
+
 import torch
 import torch.nn.functional as F
 from torch import Tensor, nn
@@ -57,7 +60,7 @@ def initialise(module: nn.Module, generator: torch.Generator) -> None:
     for part in module.modules():
         if isinstance(part, (nn.Linear, nn.Conv2d, nn.ConvTranspose2d)):
             nn.init.xavier_uniform_(part.weight, generator=generator)
-            nn.init.zeros_(part.bias)
+            nn.init.zeros_(cast(Tensor, part.bias))
         elif isinstance(part, nn.LayerNorm):
             nn.init.ones_(part.weight)
             nn.init.zeros_(part.bias)
@@ -78,7 +81,7 @@ class Encoder(nn.Module):
         self.size = side * side * channels[-1]
 
     def forward(self, patches: Tensor) -> Tensor:
-        first, *rest = self.layers
+        first, *rest = cast(list[nn.Conv2d], self.layers)
         x = F.elu(F.conv2d(patches.permute(0, 3, 1, 2), patch_kernel(first.weight, self.stride), first.bias))
         for layer in rest:
             x = F.elu(layer(x))
@@ -91,7 +94,8 @@ class Decoder(nn.Module):
     The output is the mean of a normal distribution of variance one for every number of the image.
     """
 
-    def __init__(self, features: int, units: int, channels: list[int], kernels: list[int], strides: list[int]):
+    def __init__(self, features: int, units: int, channels: list[int], kernels: list[int],
+                 strides: list[int]):
         super().__init__()
         self.dense = nn.Linear(features, units)
         sizes = [units, *channels, COLOURS]
@@ -100,12 +104,12 @@ class Decoder(nn.Module):
         self.stride = strides[-1]
 
     def forward(self, features: Tensor) -> Tensor:
-        first, *middle, last = self.layers
+        first, *middle, last = cast(list[nn.ConvTranspose2d], self.layers)
         x = F.elu(self._from_point(first, self.dense(features)))
         for layer in middle:
             x = F.elu(layer(x))
         weight = transposed_patch_kernel(last.weight, self.stride)
-        bias = last.bias.repeat(self.stride ** 2)
+        bias = cast(Tensor, last.bias).repeat(self.stride ** 2)
         return F.conv2d(x, weight, bias, padding=weight.shape[-1] - 1).permute(0, 2, 3, 1)
 
     @staticmethod
@@ -113,7 +117,7 @@ class Decoder(nn.Module):
         """A transposed convolution of one point is a product: (N, in) -> (N, out, k, k)."""
         inputs, out, kernel, _ = layer.weight.shape
         weight = layer.weight.permute(0, 2, 3, 1).reshape(inputs, -1)
-        y = torch.addmm(layer.bias.repeat(kernel * kernel), x, weight)
+        y = torch.addmm(cast(Tensor, layer.bias).repeat(kernel * kernel), x, weight)
         return y.view(-1, kernel, kernel, out).permute(0, 3, 1, 2)
 
 
@@ -123,7 +127,7 @@ class MLP(nn.Module):
     def __init__(self, inputs: int, units: int, layers: int, outputs: int):
         super().__init__()
         sizes = [inputs] + [units] * layers
-        self.layers = nn.ModuleList(nn.Linear(i, o) for i, o in zip(sizes[:-1], sizes[1:], strict=True))
+        self.layers = nn.ModuleList(nn.Linear(i, o) for i, o in pairwise(sizes))
         self.out = nn.Linear(units, outputs)
 
     def forward(self, x: Tensor) -> Tensor:

@@ -29,6 +29,9 @@ class State(NamedTuple):
         """(..., S * C + D)"""
         return torch.cat([self.stoch, self.deter], -1)
 
+    def detach(self) -> State:
+        return State(self.deter.detach(), self.stoch.detach())
+
 
 class Observed(NamedTuple):
     """T filtered steps of B sequences: states, and the logits (T, B, S, C) they were drawn from."""
@@ -36,6 +39,9 @@ class Observed(NamedTuple):
     states: State
     posterior: Tensor
     prior: Tensor
+
+    def detach(self) -> Observed:
+        return Observed(self.states.detach(), self.posterior.detach(), self.prior.detach())
 
 
 def one_hot_action(action: Tensor, actions: int) -> Tensor:
@@ -82,7 +88,8 @@ class RSSM(nn.Module):
 
     def action_input(self, action: Tensor) -> Tensor:
         """The action's share of the recurrence's first layer: (...) int -> (..., U)."""
-        return F.linear(one_hot_action(action, self.actions), self.img_in.weight[:, self.stoch:], self.img_in.bias)
+        weight = self.img_in.weight[:, self.stoch:]
+        return F.linear(one_hot_action(action, self.actions), weight, self.img_in.bias)
 
     def embed_input(self, embed: Tensor) -> Tensor:
         """The observation's share of the posterior's first layer: (..., E) -> (..., U)."""

@@ -49,7 +49,8 @@ class WorldModel(nn.Module):
         """Filter T steps: patches (T * B, G, G, P), action (T, B), noise (T, B, S)."""
         return self.rssm.observe(state, self.encoder(patches).unflatten(0, action.shape), action, noise)
 
-    def loss(self, data: Sequences, noise: Tensor, frame_noise: Tensor) -> tuple[Tensor, Observed, dict[str, Tensor]]:
+    def loss(self, data: Sequences, noise: Tensor, frame_noise: Tensor
+             ) -> tuple[Tensor, Observed, dict[str, Tensor]]:
         """Equation (1) on a batch: KL with balancing and free nats, minus log p(x | s).
 
         noise (T, B, S) draws the latents; frame_noise (T * B,) chooses the frames to be decoded.

@@ -9,6 +9,7 @@ from omegaconf import OmegaConf
 
 from curionav_cli.agents.lbs_dreamer.agent import LBSDreamer
 from curionav_cli.agents.lbs_dreamer.learner import build_networks
+from curionav_cli.agents.lbs_dreamer.world_model import Sequences
 from curionav_cli.config import schema
 from curionav_cli.records import Episode
 from curionav_cli.storage.replay import Replay
@@ -17,7 +18,8 @@ SCALES = Path(__file__).parents[3] / "conf" / "scale" / "lbs_dreamer"
 TINY = {
     "batch_size": 3, "sequence_length": 8, "latent_dimension": 4, "latent_classes": 4, "gru_units": 16,
     "rssm_hidden": 16, "mlp_units": 16, "mlp_layers": 1, "horizon": 4, "imagination_starts": 10,
-    "encoder_channels": [4, 4, 8], "decoder_channels": [8, 4], "behaviour_interval": 2, "slow_critic_interval": 2,
+    "encoder_channels": [4, 4, 8], "decoder_channels": [8, 4], "behaviour_interval": 2,
+    "slow_critic_interval": 2,
 }
 
 
@@ -64,6 +66,14 @@ def replay():
     def make(episodes=3, steps=20):
         return Replay([stripes(steps, seed) for seed in range(episodes)])
     return make
+
+
+@pytest.fixture
+def data(replay):
+    """A batch of the tiny learner's size, as the agent hands it to the learner."""
+    batch = replay().sample(3, 8, np.random.default_rng(0))
+    image, action = (torch.from_numpy(batch[key]).transpose(0, 1).contiguous() for key in ("image", "action"))
+    return Sequences(image, action, torch.from_numpy(batch["is_start"]))
 
 
 def stripes(steps, seed):

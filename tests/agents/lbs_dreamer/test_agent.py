@@ -81,7 +81,8 @@ def test_acting_is_filtering_with_the_same_noise(agent, replay):
         torch.rand = torch_rand
     model = made.learner.networks.world_model
     led_to = torch.tensor([-1, *actions[:-1]])[:, None]
-    seen = model.observe(model.rssm.initial(1), model.patches(torch.from_numpy(episode.image)), led_to, noise[..., :4])
+    patches = model.patches(torch.from_numpy(episode.image))
+    seen = model.observe(model.rssm.initial(1), patches, led_to, noise[..., :4])
     torch.testing.assert_close(torch.stack([state.deter for state in states]), seen.states.deter)
     assert (torch.stack([state.stoch for state in states]) == seen.states.stoch).all()
 
@@ -151,26 +152,23 @@ def test_a_fresh_process_goes_on_to_the_same_bytes(tiny, replay, tmp_path):
 
 def test_weights_of_another_size_are_refused(agent, tmp_path):
     agent().save(tmp_path)
-    with pytest.raises(RunFolderError, match=r"does not fit this agent: .* is \(\d+.* there and \(\d+.* here"):
+    with pytest.raises(RunFolderError, match=r"does not fit this agent: .* is \(\d+.* there and \("):
         agent(gru_units=24).load(tmp_path)
 
 
 def test_broken_and_missing_files_are_refused(agent, tmp_path):
+    made = agent()
+    made.save(tmp_path)
+    (tmp_path / "training.json").write_text("{")
     with pytest.raises(RunFolderError, match="cannot be read"):
-        agent().load(save_into(agent(), tmp_path / "a", lambda folder: (folder / "training.json").write_text("{")))
-    with pytest.raises(RunFolderError, match="weights.safetensors cannot be read"):
-        agent().load(save_into(agent(), tmp_path / "b", lambda folder: (folder / "weights.safetensors").unlink()))
-
-
-def save_into(made, folder, harm):
-    folder.mkdir()
-    made.save(folder)
-    harm(folder)
-    return folder
+        made.load(tmp_path)
+    (tmp_path / "weights.safetensors").write_bytes(b"cut off")
+    with pytest.raises(RunFolderError, match=r"weights\.safetensors cannot be read"):
+        made.load(tmp_path)
 
 
 def test_episodes_that_are_too_short_are_named_with_the_cure(agent, replay):
-    with pytest.raises(ConfigError, match="loop.steps must be at least 7"):
+    with pytest.raises(ConfigError, match=r"loop\.steps must be at least 7"):
         agent().learn(replay(steps=6), 1, ignore)
     agent().learn(replay(steps=7), 1, ignore)
 
@@ -179,7 +177,7 @@ def test_a_loss_that_is_not_finite_ends_the_run(agent, replay):
     made = agent()
     with torch.no_grad():
         made.learner.networks.world_model.decoder.dense.bias.fill_(torch.nan)
-    with pytest.raises(RunFailed, match="training diverged: .*model_loss.* not finite after 2 updates"):
+    with pytest.raises(RunFailed, match=r"training diverged: .*model_loss.* not finite after 2 updates"):
         made.learn(replay(), 2, ignore)
 
 
@@ -189,8 +187,8 @@ def test_a_wild_input_stays_finite(agent):
     with torch.no_grad():
         for parameter in made.learner.networks.world_model.rssm.parameters():
             parameter.mul_(1e4)
-    data = Sequences(torch.full((8, 3, 64, 64, 3), 255, dtype=torch.uint8), torch.zeros(8, 3, dtype=torch.int64),
-                     torch.zeros(3, dtype=torch.bool))
+    white = torch.full((8, 3, 64, 64, 3), 255, dtype=torch.uint8)
+    data = Sequences(white, torch.zeros(8, 3, dtype=torch.int64), torch.zeros(3, dtype=torch.bool))
     assert all(torch.isfinite(value).all() for value in made.learner.update(data).values())
 
 

@@ -2,7 +2,6 @@
 
 import math
 
-import numpy as np
 import pytest
 import torch
 
@@ -11,7 +10,6 @@ from curionav_cli.agents.lbs_dreamer.learner import Learner
 from curionav_cli.agents.lbs_dreamer.networks import initialise
 from curionav_cli.agents.lbs_dreamer.optimiser import Optimiser
 from curionav_cli.agents.lbs_dreamer.rssm import State
-from curionav_cli.agents.lbs_dreamer.world_model import Sequences
 
 
 @pytest.fixture
@@ -119,7 +117,7 @@ def same(left, right):
 
 def random_states(learner):
     rssm, generator = learner.networks.world_model.rssm, torch.Generator().manual_seed(2)
-    return State(torch.rand(8, 3, rssm.deter, generator=generator), torch.rand(8, 3, rssm.stoch, generator=generator))
+    return State(*(torch.rand(8, 3, size, generator=generator) for size in (rssm.deter, rssm.stoch)))
 
 
 def test_slow_critic_is_copied_at_its_interval_and_only_then(learner):
@@ -145,11 +143,8 @@ def test_learning_to_act_leaves_model_and_curiosity_alone(learner):
     assert not same(actor, weights(made.networks.behaviour.actor))
 
 
-def test_curiosity_leaves_the_model_alone_and_the_model_curiosity(learner, replay):
+def test_curiosity_leaves_the_model_alone_and_the_model_curiosity(learner, data):
     made = learner()
-    batch = replay().sample(3, 8, np.random.default_rng(0))
-    data = Sequences(*(torch.from_numpy(batch[key]).transpose(0, 1).contiguous() for key in ("image", "action")),
-                     torch.from_numpy(batch["is_start"]))
     curiosity = weights(made.networks.curiosity)
     seen, _ = made.update_world_model(data)
     assert same(curiosity, weights(made.networks.curiosity))

@@ -44,7 +44,8 @@ def test_balancing_sends_four_fifths_of_the_gradient_to_the_prior(logits):
 
 def test_below_the_free_nats_nothing_is_learned(logits):
     q = logits(6, 2, 4, 8)
-    value, to_q, to_p = gradients(q, q + 0.01 * logits(6, 2, 4, 8), lambda q, p: latent.balanced_kl(q, p, 0.8, 1.0))
+    p = q + 0.01 * logits(6, 2, 4, 8)
+    value, to_q, to_p = gradients(q, p, lambda q, p: latent.balanced_kl(q, p, 0.8, 1.0))
     assert value == 1 and not to_q.any() and not to_p.any()
 
 
@@ -68,7 +69,8 @@ def test_a_sample_is_one_hot_and_its_gradient_that_of_the_probabilities(logits):
 
 def test_samples_follow_the_probabilities():
     probs = torch.tensor([0.5, 0.0, 0.2, 0.3])
-    index = latent.inverse_cdf(probs.expand(100_000, 4), torch.rand(100_000, generator=torch.Generator().manual_seed(2)))
+    noise = torch.rand(100_000, generator=torch.Generator().manual_seed(2))
+    index = latent.inverse_cdf(probs.expand(100_000, 4), noise)
     count = torch.bincount(index, minlength=4)
     expected = probs * 100_000
     assert count[1] == 0

@@ -12,7 +12,8 @@ PATCHES = ([4, 4, 4], [4, 2, 2]), ([7, 4, 4], [1, 2, 4])
 
 @pytest.fixture
 def image():
-    return torch.randint(0, 256, (2, 64, 64, 3), dtype=torch.uint8, generator=torch.Generator().manual_seed(0))
+    generator = torch.Generator().manual_seed(0)
+    return torch.randint(0, 256, (2, 64, 64, 3), dtype=torch.uint8, generator=generator)
 
 
 def ready(network):
@@ -70,9 +71,11 @@ def test_paper_scale_has_the_published_number_of_parameters(hyper, networks):
     layers = {name: count(layer) for name, layer in model.rssm.named_children()}
     assert layers == {"img_in": 205_600, "gru": 240_600, "gru_norm": 1_200, "img_out": 40_200,
                       "img_dist": 205_824, "obs_out": 347_400, "obs_dist": 205_824}
-    assert (count(model.encoder), count(model.rssm), count(model.decoder)) == (1_551_312, 1_246_648, 9_886_611)
+    assert count(model.encoder) == 1_551_312
+    assert (count(model.rssm), count(model.decoder)) == (1_246_648, 9_886_611)
     assert count(model) == 12_684_571
-    assert count(made.curiosity) == count(made.behaviour.critic) == count(made.behaviour.slow_critic) == 971_601
+    heads = made.curiosity, made.behaviour.critic, made.behaviour.slow_critic
+    assert [count(head) for head in heads] == [971_601] * 3
     assert count(made.behaviour.actor) == 972_403
     assert count(made) - count(made.behaviour.slow_critic) == 15_600_176
 

@@ -1,18 +1,10 @@
 """The world model as a whole: its loss, the share of frames it decodes, one batch learned by heart."""
 
-import numpy as np
 import pytest
 import torch
 
 from curionav_cli.agents.lbs_dreamer.learner import Learner
-from curionav_cli.agents.lbs_dreamer.world_model import Sequences, choose
-
-
-@pytest.fixture
-def data(replay):
-    batch = replay().sample(3, 8, np.random.default_rng(0))
-    return Sequences(*(torch.from_numpy(batch[key]).transpose(0, 1).contiguous() for key in ("image", "action")),
-                     torch.from_numpy(batch["is_start"]))
+from curionav_cli.agents.lbs_dreamer.world_model import choose
 
 
 def noise(*shape, seed=0):
