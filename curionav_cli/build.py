@@ -48,7 +48,7 @@ def bounce(settings: Config, plan: FloorPlan) -> Agent:
 def lbs_dreamer(settings: Config, plan: FloorPlan) -> Agent:
     from curionav_cli.agents.lbs_dreamer.agent import LBSDreamer  # torch is loaded for those who learn
 
-    return LBSDreamer(settings.agent, settings.seed, settings.device)
+    return LBSDreamer(settings.agent, settings.seed, settings.device.value)
 
 
 AGENTS: dict[str, Callable[[Config, FloorPlan], Any]] = {

@@ -95,22 +95,6 @@ def test_a_finished_run_returns_at_once_and_more_episodes_go_on_from_it(tmp_path
     assert [name for name in ours if ours[name] != undisturbed[name]] == []
 
 
-@pytest.mark.parametrize(("change", "said"), [
-    ("agent=bounce", 'agent.'), ("env.radius=0.15", "env.radius was 0.18, now 0.15"),
-    ("seed=3", "seed was 0, now 3"), ("loop.steps=20", "loop.steps was 12, now 20"),
-])
-def test_a_changed_env_or_agent_is_refused_in_one_line(tmp_path_factory, change, said):
-    run = tmp_path_factory.getbasetemp() / "changed" / "run"
-    if not run.exists():
-        words = [word for word in LEARNER if not word.startswith("loop.episodes")]
-        assert curionav("explore", *words, "loop.episodes=1", f"hydra.run.dir={run}").returncode == 0
-    before = leftovers(run)
-    refused = curionav("resume", str(run), change)
-    assert refused.returncode == 2
-    assert said in refused.stderr and len(refused.stderr.strip().splitlines()) == 1
-    assert leftovers(run) == before
-
-
 def test_what_is_not_a_run_is_named(tmp_path):
     nothing = curionav("resume", str(tmp_path / "nowhere"))
     assert nothing.returncode == 2 and "There is no folder" in nothing.stderr
