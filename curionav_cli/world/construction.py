@@ -11,10 +11,11 @@ import numpy as np
 from curionav_cli.config.schema import Env
 from curionav_cli.errors import SceneError
 from curionav_cli.records import FloorPlan, Pose
-from curionav_cli.world import layout, rosmap
+from curionav_cli.world import layout
 from curionav_cli.world.boxes import FIXED, Box, Boxes
 from curionav_cli.world.dynamics import Item
 from curionav_cli.world.ground import Ground, Site
+from curionav_cli.world.rosmap import open_map
 from curionav_cli.world.scene_file import Lists, collision_of, lists_of, settings
 from curionav_cli.world.scene_format import Furniture, Room, value
 from curionav_cli.world.visitable import (
@@ -36,7 +37,7 @@ def construct(raw: dict[str, Any], source: str) -> dict[str, Any]:
     """The fields of the Scene that this dict describes. Raises SceneError or MapError."""
     env = settings(raw, source)
     lists = lists_of(env, source)
-    site = rosmap.open_map(env) if env.map else four_walls(env, lists.rooms, source)
+    site = open_map(env) if env.map else four_walls(env, lists.rooms, source)
     items = _items(lists, source)
     furniture, visitable, start = _reach(env, lists, site, items, source)
     boxes = _pack(env, lists, furniture, site, items, source)
@@ -71,7 +72,8 @@ def four_walls(env: Env, rooms: tuple[Room, ...], source: str) -> Site:
         x0, y0, x1, y1 = room.rect
         inside = (x > x0) & (x < x1) & (y > y0) & (y < y1)
         index[inside], floor[inside] = materials.index(room.floor), True
-    lights = () if env.lamps else _room_lamps([room.rect for room in rooms] or [(0.0, 0.0, width, depth)])
+    lit = [room.rect for room in rooms] or [(0.0, 0.0, width, depth)]
+    lights = () if env.lamps else _room_lamps(lit)
     return Site(size, cell, layout.shell(size, env.height, rooms), Ground(index, cell, materials),
                 floor if rooms else ~floor, lights)
 
@@ -90,7 +92,7 @@ def _items(lists: Lists, source: str) -> tuple[Item, ...]:
     named = {piece.name: piece for piece in lists.furniture if piece.name}
     for index, move in enumerate(lists.moves):
         if move.item not in named:
-            raise SceneError(f"{source}: moves[{index}].item: no piece of furniture has the name {move.item}.")
+            raise SceneError(f"{source}: moves[{index}].item: no piece of furniture is called {move.item}.")
         if move.every < 1 or not move.to or any(len(at) != 2 for at in move.to):
             raise SceneError(f"{source}: moves[{index}] needs every: 1 or more, and to: [[x, y], ...].")
     names = dict.fromkeys(move.item for move in lists.moves)

@@ -46,14 +46,15 @@ class Culling:
         dx, dy = (self._middle.take(boxes, axis=0) - (x, y)).T
         wide, deep = self._half.take(boxes, axis=0).T
         ahead, aside = cosine * dx + sine * dy, sine * dx - cosine * dy
-        slack_ahead, slack_aside = abs(cosine) * wide + abs(sine) * deep, abs(sine) * wide + abs(cosine) * deep
-        reach = ahead + slack_ahead
-        return boxes[(reach > 0.0) & (np.abs(aside) - slack_aside < reach * self._tangent)]
+        reach = ahead + abs(cosine) * wide + abs(sine) * deep
+        inmost = np.abs(aside) - abs(sine) * wide - abs(cosine) * deep
+        return boxes[(reach > 0.0) & (inmost < reach * self._tangent)]
 
     def _near(self, x: float, y: float) -> np.ndarray:
         tile = (int(x // TILE), int(y // TILE))
         if tile not in self._tiles:
             low, high = TILE * np.array(tile), TILE * (np.array(tile) + 1)
-            away = rectangle_distance(*self._middle.T, low, high) - np.hypot(*self._half.T)
+            x, y = self._middle.T
+            away = rectangle_distance(x, y, low, high) - np.hypot(*self._half.T)
             self._tiles[tile] = np.flatnonzero(away < self.reach)
         return self._tiles[tile]

@@ -24,12 +24,14 @@ FLOORS = ("planks", "tiles_grey", "carpet_blue", "parquet", "tiles_cream", "carp
 ISLANDS = (("doors", 0.9), ("drawers", 0.8), ("fabric_blue", 0.7), ("books", 1.6), ("wood_oak", 0.74),
            ("fabric_green", 0.75), ("cardboard", 0.6), ("kitchen", 0.9), ("fabric_red", 0.7))
 ART = ("poster_1", "poster_2", "poster_3", "poster_4", "poster_5", "poster_6", "window")
+WINDOW, LARGE, SMALL = (0.9, 1.0, 0.9), (0.6, 0.8, 0.8), (0.4, 0.5, 0.9)  # width, height, lower edge
 POST = ("wood_dark", 0.75)  # an island of one or two cells: the leg of a table or chair
-DOORWAY = 0.55  # metres from the walls; free space that is nowhere wider belongs to no room of its own
+WIDTHS = (1.5, 0.95, 0.55)  # metres from the walls: rooms are told apart where the space between is narrower
 LONGEST = 4.0
 ISLAND = 2.2
 POST_SIZE = 0.16
 POSTER_SPACING = 2.6
+SHORT, SHORTEST = 1.3, 0.45  # faces for small posters only, and for none
 LAMP_SPACING = 2.4
 
 
@@ -59,11 +61,25 @@ def dress(free: np.ndarray, resolution: float,
 def rooms(free: np.ndarray, resolution: float) -> np.ndarray:
     """A guess at the rooms: (rows, columns) int, a number for each free cell, -1 for solid ones."""
     width = ndimage.distance_transform_edt(np.pad(free, 1))[1:-1, 1:-1] * resolution
-    core, count = ndimage.label(width > DOORWAY)
-    if not count:
+    core = np.zeros(free.shape, np.int64)
+    for threshold in WIDTHS:
+        part, count = ndimage.label(width > threshold)
+        core = np.where(width > threshold, _grown(core, part, count), 0)
+    if not core.any():
         return np.where(free, 0, -1)
     nearest = ndimage.distance_transform_edt(core == 0, return_distances=False, return_indices=True)
     return np.where(free, core[tuple(nearest)] - 1, -1)
+
+
+def _grown(core: np.ndarray, part: np.ndarray, count: int) -> np.ndarray:
+    """Rooms found where it is wider, spread over their part; a part without any becomes a room."""
+    known = np.unique(part[core > 0])
+    fresh = np.setdiff1d(np.arange(1, count + 1), known)
+    number = np.zeros(count + 1, np.int64)
+    number[fresh] = core.max() + 1 + np.arange(len(fresh))
+    nearest = ndimage.distance_transform_edt(core == 0, return_distances=False, return_indices=True)
+    spread = core[tuple(nearest)] if core.any() else core
+    return np.where(np.isin(part, fresh), number[part], spread)
 
 
 def _islands(solid: np.ndarray, resolution: float, height: float,
@@ -104,9 +120,10 @@ def _posters(room: np.ndarray, cells: tuple[int, int, int, int], resolution: flo
             continue
         strip = (room[:, line] if upright else room[line])[first:last]
         at = (line + (name in ("south", "west"))) * resolution
+        small = len(strip) * resolution < SHORT
         for along in _places(strip >= 0, resolution, rng):
-            art = ART[rng.integers(len(ART))]
-            width, tall, z = (0.9, 1.0, 0.9) if art == "window" else (0.6, 0.8, 0.8)
+            art = ART[rng.integers(len(ART) - small)]
+            width, tall, z = WINDOW if art == "window" else SMALL if small else LARGE
             middle = first * resolution + along
             spot = (at, middle) if upright else (middle, at)
             found.append(poster(Poster(spot, name, art, width, tall, z), "map", "poster"))
@@ -116,6 +133,8 @@ def _posters(room: np.ndarray, cells: tuple[int, int, int, int], resolution: flo
 def _places(seen: np.ndarray, resolution: float, rng: np.random.Generator) -> list[float]:
     """Where along a face pictures hang: about every POSTER_SPACING, where a metre of it is seen."""
     length = len(seen) * resolution
+    if length < SHORT:
+        return [length / 2] if length >= SHORTEST and seen.all() and rng.random() < 0.4 else []
     places = []
     for along in np.arange(0.7 + rng.uniform(0.0, 0.8), length - 0.6, POSTER_SPACING):
         first, last = (int((along + side) / resolution) for side in (-0.5, 0.5))
@@ -129,5 +148,5 @@ def _lamps(free: np.ndarray, resolution: float) -> tuple[tuple[float, float], ..
     width = ndimage.distance_transform_edt(np.pad(free, 1))[1:-1, 1:-1] * resolution
     step = max(1, round(LAMP_SPACING / resolution))
     rows, columns = np.nonzero(width[step // 2::step, step // 2::step] > 0.4)
-    return tuple((float((c * step + step // 2 + 0.5) * resolution),
-                  float((r * step + step // 2 + 0.5) * resolution)) for r, c in zip(rows, columns, strict=True))
+    x, y = ((at * step + step // 2 + 0.5) * resolution for at in (columns, rows))
+    return tuple(zip(x.tolist(), y.tolist(), strict=True))

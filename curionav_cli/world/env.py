@@ -15,7 +15,7 @@ from curionav_cli.world.scene import Scene
 Observation = dict[str, np.ndarray]
 
 
-class NavigationEnv(gymnasium.Env[Observation, int]):
+class NavigationEnv(gymnasium.Env[Any, Any]):
     """Actions: 0 forward 0.25 m, 1 left 10 degrees, 2 right 10 degrees. No reward, no end.
 
     Observation: image (64, 64, 3) uint8 RGB, depth (64, 64) float32 metres along the optical axis,
@@ -24,13 +24,13 @@ class NavigationEnv(gymnasium.Env[Observation, int]):
     plain `reset()` goes back to the start for the next episode.
     """
 
-    metadata: dict[str, Any] = {"render_modes": ["rgb_array"], "render_fps": 10}
+    metadata = {"render_modes": ["rgb_array"], "render_fps": 10}  # noqa: RUF012 as gymnasium declares it
 
     def __init__(self, scene: Scene, render_mode: str | None = None):
         self.scene = scene
         self.render_mode = render_mode
-        self.action_space: spaces.Discrete = spaces.Discrete(3)
-        self.observation_space: spaces.Dict = spaces.Dict({
+        self.action_space = spaces.Discrete(3)
+        self.observation_space = spaces.Dict({
             "image": spaces.Box(0, 255, (SIDE, SIDE, 3), np.uint8),
             "depth": spaces.Box(0.0, FAR, (SIDE, SIDE), np.float32),
         })

@@ -210,9 +210,9 @@ def window(colour: np.ndarray, rng: np.random.Generator) -> Picture:
     sky = np.stack([150 + 0.55 * V, 190 + 0.4 * V, 226 + 0.2 * V], axis=-1)
     cloud = noise(rng, 7.0, 16.0) + (V - 70) / 40 > 0.9
     sky[cloud] = (246, 248, 250)
-    hill = V < 34 + 9 * np.sin(U / 19.0 + rng.uniform(0, 6)) + 4 * np.sin(U / 7.0)
+    hill = 34 + 9 * np.sin(U / 19.0 + rng.uniform(0, 6)) + 4 * np.sin(U / 7.0) > V
     sky[hill] = (104, 142, 84)
-    sky[V < 20 + 5 * np.sin(U / 11.0 + 2)] = (78, 116, 68)
+    sky[20 + 5 * np.sin(U / 11.0 + 2) > V] = (78, 116, 68)
     _frame(sky, 0, SIZE, 0, SIZE, 8, WHITE)
     _fill(sky, 61, 67, 0, SIZE, WHITE)
     sky[70:75] = WHITE

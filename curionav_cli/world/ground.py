@@ -9,6 +9,8 @@ import numpy as np
 from curionav_cli.records import Pose
 from curionav_cli.world.boxes import Box
 
+ORIGIN = Pose(0.0, 0.0, 0.0)
+
 
 @dataclass(frozen=True)
 class Rug:
@@ -43,5 +45,5 @@ class Site:
     ground: Ground
     floor: np.ndarray
     lamps: tuple[tuple[float, float], ...] = ()
-    origin: Pose = Pose(0.0, 0.0, 0.0)
+    origin: Pose = ORIGIN
     keep: np.ndarray | None = None

@@ -25,7 +25,7 @@ def read_image(path: Path) -> tuple[np.ndarray, np.ndarray | None]:
     pixels = cv2.imdecode(np.frombuffer(raw, np.uint8), cv2.IMREAD_UNCHANGED) if raw else None
     if pixels is None:
         raise MapError(f"{path} is no image that can be read. A ROS map has a PGM or PNG image.")
-    scaled = pixels.reshape(*pixels.shape[:2], -1) / float(np.iinfo(pixels.dtype).max)
+    scaled = pixels.reshape(*pixels.shape[:2], -1) / (65535.0 if pixels.dtype == np.uint16 else 255.0)
     channels = scaled.shape[2]
     alpha = scaled[..., -1] if channels in (2, 4) else None
     return scaled[..., :channels - (alpha is not None)].mean(axis=2), alpha
@@ -34,7 +34,8 @@ def read_image(path: Path) -> tuple[np.ndarray, np.ndarray | None]:
 def _pgm(raw: bytes, path: Path) -> np.ndarray:
     """Netpbm grey, plain or binary, 8 or 16 bits. http://netpbm.sourceforge.net/doc/pgm.html"""
     try:
-        numbers, at = [], 2
+        numbers: list[int] = []
+        at = 2
         while len(numbers) < 3:
             found = _TOKEN.match(raw, at)
             assert found is not None

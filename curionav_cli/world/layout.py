@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 
@@ -38,14 +39,13 @@ def _shell_along(axis: int, size: tuple[float, float], height: float, rooms: tup
     cuts = sorted({0.0, length} | {min(max(room.rect[i], 0.0), length) for room in rooms
                                    for i in (axis, axis + 2)})
     boxes = []
-    for start, end in zip(cuts, cuts[1:], strict=False):
+    for start, end in pairwise(cuts):
         for low, high, inner in ((-SHELL, 0.0, 1e-6), (across, across + SHELL, across - 1e-6)):
             middle = (0.5 * (start + end), inner)
-            material = room_at(rooms, *middle[::1 - 2 * axis]).wall
-            first = start - SHELL * (start == 0.0) * axis, low
-            last = end + SHELL * (end == length) * axis, high
-            boxes.append(Box((*first[::1 - 2 * axis], 0.0), (*last[::1 - 2 * axis], height),
-                             (material,) * 4, material))
+            material = room_at(rooms, *_xy(axis, *middle)).wall
+            first = _xy(axis, start - SHELL * (start == 0.0) * axis, low)
+            last = _xy(axis, end + SHELL * (end == length) * axis, high)
+            boxes.append(Box((*first, 0.0), (*last, height), (material,) * 4, material))
     return boxes
 
 
@@ -78,12 +78,17 @@ def _line(spec: Wall, source: str, where: str) -> tuple[int, float, float, float
 def _stretch(spec: Wall, axis: int, middle: float, piece: tuple[float, float, float, float],
              rooms: tuple[Room, ...]) -> Box:
     start, end, bottom, top = piece
-    half, turn = 0.5 * spec.thickness, 1 - 2 * axis
-    centre = 0.5 * (start + end)
-    below = spec.material or room_at(rooms, *(centre, middle - half - 0.05)[::turn]).wall
-    above = spec.material or room_at(rooms, *(centre, middle + half + 0.05)[::turn]).wall
+    half, centre = 0.5 * spec.thickness, 0.5 * (start + end)
+    below = spec.material or room_at(rooms, *_xy(axis, centre, middle - half - 0.05)).wall
+    above = spec.material or room_at(rooms, *_xy(axis, centre, middle + half + 0.05)).wall
     sides = (below, below, below, above) if axis == 0 else (below, above, below, below)
-    return Box((*(start, middle - half)[::turn], bottom), (*(end, middle + half)[::turn], top), sides, below)
+    low, high = _xy(axis, start, middle - half), _xy(axis, end, middle + half)
+    return Box((*low, bottom), (*high, top), sides, below)
+
+
+def _xy(axis: int, along: float, across: float) -> tuple[float, float]:
+    """A point given along and across an axis, as x and y."""
+    return (along, across) if axis == 0 else (across, along)
 
 
 def poster(spec: Poster, source: str, where: str) -> Box:

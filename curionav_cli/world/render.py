@@ -40,7 +40,8 @@ class Renderer:
         slope = -tangent * offset
         self._slope = slope.astype(np.float32)
         self._atlas = atlas or build_atlas(scene)
-        self._surfaces = build_surfaces(scene.boxes, self._atlas, scene.height, scene.camera, slope, self._pixel)
+        self._surfaces = build_surfaces(scene.boxes, self._atlas, scene.height, scene.camera, slope,
+                                        self._pixel)
         self._culling = Culling(self._surfaces, scene.size, float(tangent))
         plane = self._surfaces.near[-1]
         self._plane = (plane.view(np.uint32) & ~np.uint32(RANK)) | np.uint32(RANK)
@@ -107,8 +108,9 @@ class Renderer:
         flat = np.flatnonzero(level > entry)
         column, cell = flat // SIDE, cell.take(flat)
         away = metres.take(flat)
-        east = dx.astype(np.float32).ravel().take(column) * away + np.repeat(x, SIDE).astype(np.float32).take(column)
-        north = dy.astype(np.float32).ravel().take(column) * away + np.repeat(y, SIDE).astype(np.float32).take(column)
+        frame = column // SIDE
+        east = dx.astype(np.float32).ravel().take(column) * away + x.astype(np.float32).take(frame)
+        north = dy.astype(np.float32).ravel().take(column) * away + y.astype(np.float32).take(frame)
         u = (east * surfaces.x_scale.take(cell) + surfaces.x_shift.take(cell)).astype(np.int32)
         v = (north * surfaces.y_scale.take(cell) + surfaces.y_shift.take(cell)).astype(np.int32)
         address[flat] = surfaces.address.take(cell) + u * surfaces.stride.take(cell) + v

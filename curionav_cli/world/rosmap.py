@@ -95,10 +95,11 @@ def _specification(path: Path) -> dict[str, Any]:
         spec = yaml.safe_load(path.read_text(encoding="utf-8"))
     except (yaml.YAMLError, UnicodeDecodeError):
         raise MapError(f"{path} is not YAML, so it is no ROS map.") from None
-    missing = [key for key in ("image", "resolution", "origin") if not isinstance(spec, dict) or key not in spec]
+    found = spec if isinstance(spec, dict) else {}
+    missing = [key for key in ("image", "resolution", "origin") if key not in found]
     if missing:
         raise MapError(f"{path} is no ROS map: it lacks {', '.join(missing)}.")
-    return spec
+    return found
 
 
 def _number(raw: Any, path: Path, key: str) -> float:

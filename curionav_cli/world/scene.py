@@ -65,7 +65,8 @@ class Scene:
         """The scene in this episode of the life `seed`, and what changed since the last one."""
         if not self.changing:
             return self, ()
-        boxes, events = self.boxes, []
+        boxes = self.boxes
+        events: list[dict[str, Any]] = []
         for number, move in enumerate(self.moves):
             which = next(i for i, item in enumerate(self.items) if item.name == move.item)
             home = self.items[which].home

@@ -1,4 +1,7 @@
-"""A picture of a scene for people: the plan from above beside views and depths from within."""
+"""A picture of a scene for people: the plan from above beside views and depths from within.
+
+Looking at a scene is another object than the scene: nothing here is needed to live in it.
+"""
 
 from __future__ import annotations
 
@@ -8,22 +11,20 @@ import cv2
 import numpy as np
 
 from curionav_cli.world.motion import COS, SIN
+from curionav_cli.world.pattern import picture
 from curionav_cli.world.render import FAR, Renderer
 from curionav_cli.world.scene import Scene
 from curionav_cli.world.texture import floor_picture
-from curionav_cli.world.pattern import picture
-from curionav_cli.world.visitable import roomiest
 
 ROWS, COLUMNS, SCALE, GAP = 4, 6, 2, 6
 PAPER, INK, SHADE = (250, 249, 246), (40, 42, 46), (214, 60, 48)
-DEPTH_ROW = 1  # every second row of views shows the depth of the row above
-"""Looking at a scene is another object than the scene: nothing here is needed to live in it."""
 
 
 def contact_sheet(scene: Scene, path: Path | str) -> None:
     """Write a PNG: the top view, and first-person views with their depth from places spread over it."""
-    views = _spots(scene, ROWS // 2 * COLUMNS)
-    rgb, depth = Renderer(scene).render(*views)
+    renderer = Renderer(scene)
+    views = _spots(scene, renderer, ROWS // 2 * COLUMNS)
+    rgb, depth = renderer.render(*views)
     tile = 64 * SCALE + GAP
     grid = np.full((ROWS * tile + GAP, COLUMNS * tile + GAP, 3), PAPER, np.uint8)
     for index in range(len(rgb)):
@@ -55,9 +56,11 @@ def top_view(scene: Scene, height: int, views: tuple[np.ndarray, ...] = ()) -> n
 
 def _from_above(scene: Scene) -> tuple[np.ndarray, float]:
     image = floor_picture(scene)
-    texel = max(scene.size) / max(image.shape[:2])
-    boxes = scene.boxes
     texel = scene.size[0] / (image.shape[1] - 2)
+    row, column = (np.minimum((np.arange(n) * texel / scene.plan.cell).astype(int), most - 1)
+                   for n, most in zip(image.shape[:2], scene.plan.floor.shape))
+    image[~scene.plan.floor[np.ix_(row, column)]] = INK
+    boxes = scene.boxes
     for box in np.argsort(boxes.high[:, 2], kind="stable"):
         if boxes.decal[box]:
             continue
@@ -82,7 +85,7 @@ def _crop(scene: Scene, drawn: tuple[np.ndarray, float]) -> tuple[np.ndarray, fl
     return padded[r0:r1, c0:c1].clip(0, 255).astype(np.uint8), texel, low
 
 
-def _spots(scene: Scene, count: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def _spots(scene: Scene, renderer: Renderer, count: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Poses spread over the visitable cells, each looking the way where most is to be seen."""
     plan = scene.plan
     rows, columns = np.nonzero(plan.visitable)
@@ -93,7 +96,7 @@ def _spots(scene: Scene, count: int) -> tuple[np.ndarray, np.ndarray, np.ndarray
         away = np.minimum(away, np.hypot(x - x[chosen[-1]], y - y[chosen[-1]]))
         chosen.append(int(away.argmax()))
     headings = np.arange(0, 36, 3)
-    _, depth = Renderer(scene).render(np.repeat(x[chosen], 12), np.repeat(y[chosen], 12), np.tile(headings, count))
+    _, depth = renderer.render(np.repeat(x[chosen], 12), np.repeat(y[chosen], 12), np.tile(headings, count))
     seen = depth.mean(axis=(1, 2)).reshape(count, 12)
     return x[chosen], y[chosen], headings[seen.argmax(axis=1)]
 

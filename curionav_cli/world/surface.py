@@ -31,7 +31,7 @@ def plain(colour: np.ndarray) -> np.ndarray:
 
 def shaded(colour: np.ndarray, *light: np.ndarray) -> np.ndarray:
     """A colour times one plus the sum of some (128, 128) fields."""
-    return colour * (1.0 + sum(light))[..., None]
+    return colour * (np.ones((SIZE, SIZE)) + sum(light))[..., None]
 
 
 def plaster(colour: np.ndarray, rng: np.random.Generator) -> np.ndarray:

@@ -100,20 +100,16 @@ def _horizontal(boxes: Boxes, atlas: Atlas, near: np.ndarray, slope: np.ndarray,
 
 def _plane(atlas: Atlas, depth: np.ndarray, slope: np.ndarray, pixel: float) -> dict[str, np.ndarray]:
     """Floor and ceiling, as rows of the tables in _horizontal."""
-    rows: dict[str, list[float]] = {key: [] for key in
-                                    ("address", "stride", "x_scale", "y_scale", "x_shift", "y_shift", "light")}
-    for d, s in zip(depth, slope, strict=True):
-        sheet = atlas.floor if s < 0 else atlas.ceiling
-        texels = d * pixel * sheet.scale[0] / np.sqrt(abs(s))
-        level = int(np.clip(np.log2(max(texels, 1e-6)) + 0.3, 0, SHEET_LEVELS - 1))
-        rows["address"].append(sheet.base[level])
-        rows["stride"].append(sheet.stride[level])
-        rows["x_scale"].append(sheet.scale[level])
-        rows["y_scale"].append(sheet.scale[level])
-        rows["x_shift"].append(0.0)
-        rows["y_shift"].append(0.0)
-        rows["light"].append(FLOOR_LIGHT if s < 0 else CEILING_LIGHT)
-    return {key: np.array(row) for key, row in rows.items()}
+    down = slope < 0
+    finest = np.where(down, atlas.floor.scale[0], atlas.ceiling.scale[0])
+    texels = depth * pixel * finest / np.sqrt(np.abs(slope))
+    level = np.clip(np.log2(np.maximum(texels, 1e-6)) + 0.3, 0, SHEET_LEVELS - 1).astype(int)
+    base, stride, scale = (
+        np.where(down, getattr(atlas.floor, key)[level], getattr(atlas.ceiling, key)[level])
+        for key in ("base", "stride", "scale"))
+    none = np.zeros(len(slope))
+    return {"address": base, "stride": stride, "x_scale": scale, "y_scale": scale, "x_shift": none,
+            "y_shift": none, "light": np.where(down, FLOOR_LIGHT, CEILING_LIGHT)}
 
 
 def _vertical(boxes: Boxes, atlas: Atlas) -> dict[str, np.ndarray]:

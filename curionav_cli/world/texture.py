@@ -58,7 +58,8 @@ def build_atlas(scene: Scene) -> Atlas:
     base = np.cumsum([0] + [len(block) for block in blocks])
     floor, floor_blocks = _sheet(floor_picture(scene), _texel(scene, FLOOR_TEXEL, FLOOR_MOST), int(base[-1]))
     after = int(base[-1]) + sum(map(len, floor_blocks))
-    ceiling, ceiling_blocks = _sheet(ceiling_picture(scene), _texel(scene, CEILING_TEXEL, CEILING_MOST), after)
+    ceiling_texel = _texel(scene, CEILING_TEXEL, CEILING_MOST)
+    ceiling, ceiling_blocks = _sheet(ceiling_picture(scene), ceiling_texel, after)
     haze = np.array([HAZE[0] | HAZE[1] << 8 | HAZE[2] << 16] * SIZE, np.uint32)
     texels = np.concatenate([*blocks, *floor_blocks, *ceiling_blocks, haze])
     return Atlas(texels, base[:-1], floor, ceiling, len(texels) - SIZE)
@@ -76,7 +77,8 @@ def material_block(name: str) -> np.ndarray:
     levels = []
     for level in range(LEVELS):
         step = 1 << level
-        blurred = ndimage.uniform_filter(image, (step, step, 0), mode="wrap", origin=(0, -(step // 2) if step > 1 else 0, 0))
+        centred = -(step // 2) if step > 1 else 0  # a kept column stands for itself and the next ones
+        blurred = ndimage.uniform_filter(image, (step, step, 1), mode="wrap", origin=(0, centred, 0))
         levels.append(pack(np.rint(blurred[:, ::step]).astype(np.uint8)).T.ravel())
     return np.concatenate(levels)
 
@@ -120,10 +122,10 @@ def floor_picture(scene: Scene) -> np.ndarray:
     v, u = (y * TEXEL).astype(int) % SIZE, (x * TEXEL).astype(int) % SIZE
     image = tiles[ground.index[row, column], v, u].astype(np.float32)
     for rug in ground.rugs:
-        inside = np.ix_(((y >= rug.low[1]) & (y < rug.high[1])).ravel(), ((x >= rug.low[0]) & (x < rug.high[0])).ravel())
-        v = ((y.ravel()[inside[0].ravel()] - rug.low[1]) / (rug.high[1] - rug.low[1]) * SIZE).astype(int)
-        u = ((x.ravel()[inside[1].ravel()] - rug.low[0]) / (rug.high[0] - rug.low[0]) * SIZE).astype(int)
-        image[inside] = picture(rug.material)[np.ix_(v, u)]
+        v = ((y.ravel() - rug.low[1]) / (rug.high[1] - rug.low[1]) * SIZE).astype(int)
+        u = ((x.ravel() - rug.low[0]) / (rug.high[0] - rug.low[0]) * SIZE).astype(int)
+        rows, columns = (np.flatnonzero((at >= 0) & (at < SIZE)) for at in (v, u))
+        image[np.ix_(rows, columns)] = picture(rug.material)[np.ix_(v[rows], u[columns])]
     return image * _shadow(scene, texel, image.shape[:2])[..., None]
 
 
@@ -131,11 +133,11 @@ def _shadow(scene: Scene, texel: float, shape: tuple[int, int]) -> np.ndarray:
     """(rows, columns) in (0, 1]: darker beside walls and under furniture."""
     covered = np.zeros(shape, np.float32)
     boxes = scene.boxes
+    first, last = (np.floor(corner[:, :2] / texel).astype(int).clip(0) for corner in (boxes.low, boxes.high))
     for box in np.flatnonzero(~boxes.decal & (boxes.low[:, 2] < 1.0) & (boxes.item < 0)):
-        (c0, r0), (c1, r1) = (np.floor(side[box, :2] / texel).astype(int).clip(0) for side in (boxes.low, boxes.high))
-        covered[r0:r1 + 1, c0:c1 + 1] = np.maximum(covered[r0:r1 + 1, c0:c1 + 1], 1.0 - 0.7 * boxes.low[box, 2])
-    outside = np.zeros(shape, np.float32)
-    blurred = ndimage.gaussian_filter(covered + outside, 0.09 / texel, mode="nearest", truncate=2.5)
+        part = covered[first[box, 1]:last[box, 1] + 1, first[box, 0]:last[box, 0] + 1]
+        np.maximum(part, 1.0 - 0.7 * boxes.low[box, 2], out=part)
+    blurred = ndimage.gaussian_filter(covered, 0.09 / texel, mode="nearest", truncate=2.5)
     return 1.0 - 0.55 * np.minimum(blurred, 1.0)
 
 
@@ -144,7 +146,7 @@ def ceiling_picture(scene: Scene) -> np.ndarray:
     texel = _texel(scene, CEILING_TEXEL, CEILING_MOST)
     y, x = _grid(scene, texel)
     seam = ((y % 0.6) < texel) | ((x % 0.6) < texel)
-    image = np.broadcast_to(CEILING, (*seam.shape, 3)).astype(np.float32) * np.where(seam, 0.9, 1.0)[..., None]
+    image = (np.where(seam, 0.9, 1.0)[..., None] * CEILING).astype(np.float32)
     for lamp_x, lamp_y in scene.lamps:
         rows = slice(*np.searchsorted(y.ravel(), (lamp_y - 1.2, lamp_y + 1.2)))
         columns = slice(*np.searchsorted(x.ravel(), (lamp_x - 1.2, lamp_x + 1.2)))
@@ -152,4 +154,4 @@ def ceiling_picture(scene: Scene) -> np.ndarray:
         glow = 0.55 * np.exp(-((dx**2 + dy**2) / 0.5))[..., None]
         image[rows, columns] += glow * (LAMP - image[rows, columns])
         image[rows, columns][(dx < 0.3) & (dy < 0.15)] = LAMP
-    return image.astype(np.float32)
+    return image
