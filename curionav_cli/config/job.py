@@ -30,6 +30,10 @@ class Outcome:
     error: str = ""
     result: dict[str, Any] = field(default_factory=dict)
 
+    def __float__(self) -> float:
+        """What a sweeper that searches maximises: the run's coverage; nan for a failed run."""
+        return float(self.result.get("coverage", "nan"))
+
 
 @dataclass(frozen=True)
 class Job:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+import math
 import os
 from pathlib import Path
 
@@ -137,6 +138,11 @@ def test_a_users_directory_reaches_the_workers(told: Told, tmp_path: Path) -> No
     request = Request("explore", words, multirun=True, config_dir=Path("own"))
     assert launch(request, standin.live, told) == 0
     assert all("sticky" in outcome.folder.name for outcome in told.calls[0][1])
+
+
+def test_a_sweeper_that_searches_sees_coverage() -> None:
+    assert float(Outcome(Path("run"), result={"coverage": 0.25})) == 0.25
+    assert math.isnan(float(Outcome(Path("run"), 1, "failed")))
 
 
 def test_logging_is_left_as_it_was(told: Told) -> None:

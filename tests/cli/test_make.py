@@ -1,0 +1,55 @@
+"""The two commands of a newcomer, without the installation itself."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import subprocess
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+pytestmark = pytest.mark.skipif(shutil.which("make") is None, reason="needs make")
+
+
+def make(*words: str, cwd: Path) -> str:
+    outer = ("MAKEFLAGS", "MAKELEVEL", "MFLAGS")  # of the make that runs the tests
+    clean = {key: value for key, value in os.environ.items() if key not in outer}
+    done = subprocess.run(["make", *words], cwd=cwd, env=clean, capture_output=True, text=True, check=True)
+    return done.stdout
+
+
+@pytest.fixture
+def checkout(tmp_path: Path) -> Path:
+    for name in ("Makefile", "pyproject.toml", "constraints.txt"):
+        shutil.copy(ROOT / name, tmp_path)
+    return tmp_path
+
+
+def test_make_alone_prints_the_targets(checkout: Path) -> None:
+    out = make(cwd=checkout)
+    for target in ("make explore", "make test", "make setup"):
+        assert target in out
+    assert not (checkout / ".venv").exists()
+
+
+def test_setup_is_pinned_and_done_once(checkout: Path) -> None:
+    first = make("-n", "setup", cwd=checkout)
+    assert "-c constraints.txt" in first
+    (checkout / ".venv").mkdir()
+    (checkout / ".venv" / ".ready").touch()
+    assert "pip" not in make("setup", cwd=checkout)
+    os.utime(checkout / ".venv" / ".ready", (0, 0))
+    assert "pip" in make("-n", "setup", cwd=checkout)
+
+
+def test_ci_runs_the_tests() -> None:
+    script = ROOT / ".ci" / "run"
+    assert os.access(script, os.X_OK) and "make test" in script.read_text()
+
+
+def test_pins_have_no_local_labels() -> None:
+    lines = [line for line in (ROOT / "constraints.txt").read_text().splitlines() if not line.startswith("#")]
+    assert "torch==2.13.0" in lines
+    assert all("==" in line and "+" not in line for line in lines)
