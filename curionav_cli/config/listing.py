@@ -37,20 +37,16 @@ def settings(hydra: Hydra, overrides: list[str]) -> dict[str, Any]:
     return dict(flat(config))
 
 
-def flat(config: DictConfig, prefix: str = "") -> Iterator[tuple[str, Any]]:
-    """('loop.steps', 500), ...; lists and empty dictionaries are values."""
-    for key in map(str, config):
-        node = None if OmegaConf.is_missing(config, key) else OmegaConf.select(config, key)
-        if not prefix and key in HIDDEN:
-            continue
-        if isinstance(node, DictConfig) and len(node):
-            yield from flat(node, f"{prefix}{key}.")
-        else:
-            yield f"{prefix}{key}", plain(config, key)
-
-
-def plain(config: DictConfig, key: str) -> Any:
-    """The value as YAML would show it: interpolations and ??? as they are written."""
+def flat(config: DictConfig) -> Iterator[tuple[str, Any]]:
+    """('loop.steps', 500), ... as YAML would show them; lists and empty dictionaries are values."""
     container = OmegaConf.to_container(config, enum_to_str=True)
     assert isinstance(container, dict)
-    return container[key]
+    yield from leaves({key: value for key, value in container.items() if key not in HIDDEN}, "")
+
+
+def leaves(container: dict[Any, Any], prefix: str) -> Iterator[tuple[str, Any]]:
+    for key, value in container.items():
+        if isinstance(value, dict) and value:
+            yield from leaves(value, f"{prefix}{key}.")
+        else:
+            yield f"{prefix}{key}", value
