@@ -15,6 +15,7 @@ from curionav_cli.world import layout
 from curionav_cli.world.boxes import FIXED, Box, Boxes
 from curionav_cli.world.dynamics import Item
 from curionav_cli.world.ground import Ground, Site
+from curionav_cli.world.pattern import COLOURS, PATTERNS, exists
 from curionav_cli.world.rosmap import open_map
 from curionav_cli.world.scene_file import Lists, collision_of, lists_of, settings
 from curionav_cli.world.scene_format import Furniture, Room, value
@@ -47,12 +48,13 @@ def construct(raw: dict[str, Any], source: str) -> dict[str, Any]:
     plan = FloorPlan(visitable=visitable, floor=site.floor, solid=covered, cell=site.cell, start=start,
                      radius=env.radius, name=env.name, map_origin=site.origin)
     rugs = tuple(layout.rug(piece) for piece in furniture if piece.kind == "rug")
+    _check_materials([*boxes.materials, *site.ground.materials, *(rug.material for rug in rugs)], source)
     return {
         "name": env.name, "note": env.note, "source": source, "size": site.size, "height": env.height,
         "camera": env.camera, "fov": env.fov, "agent_height": env.agent_height,
         "collision": collision_of(env, source), "plan": plan, "boxes": boxes,
         "ground": replace(site.ground, rugs=site.ground.rugs + rugs),
-        "lamps": site.lamps + tuple(tuple(value(at, "Numbers", source, "lamps")) for at in env.lamps),
+        "lamps": site.lamps + value(env.lamps, "tuple[Pair, ...]", source, "lamps"),
         "dock": _pose(env.dock, "dock", source) if env.dock else start,
         "light": lists.light, "moves": lists.moves, "items": items,
     }
@@ -60,7 +62,7 @@ def construct(raw: dict[str, Any], source: str) -> dict[str, Any]:
 
 def four_walls(env: Env, rooms: tuple[Room, ...], source: str) -> Site:
     """An empty room of the scene's size; lamps in the middle of each room, or on a grid."""
-    width, depth = size = tuple(value(env.size, "Numbers", source, "size"))
+    width, depth = size = value(env.size, "Pair", source, "size")
     cell = float(env.cell or 0.0)
     rows, columns = grid_shape(size, cell)
     if max(abs(rows * cell - depth), abs(columns * cell - width)) > 1e-6:
@@ -87,13 +89,21 @@ def _room_lamps(rects: list[tuple[float, ...]]) -> tuple[tuple[float, float], ..
     return tuple(lamps)
 
 
+def _check_materials(names: list[str], source: str) -> None:
+    for name in names:
+        if not exists(name):
+            colours = ", ".join(filter(None, COLOURS))
+            raise SceneError(f"{source}: there is no material {name}. There is {', '.join(sorted(PATTERNS))}; "
+                             f"the plain ones in colours, as plaster_sage: {colours}.")
+
+
 def _items(lists: Lists, source: str) -> tuple[Item, ...]:
     """The pieces that the moves name, in the order of the moves."""
     named = {piece.name: piece for piece in lists.furniture if piece.name}
     for index, move in enumerate(lists.moves):
         if move.item not in named:
             raise SceneError(f"{source}: moves[{index}].item: no piece of furniture is called {move.item}.")
-        if move.every < 1 or not move.to or any(len(at) != 2 for at in move.to):
+        if move.every < 1 or not move.to:
             raise SceneError(f"{source}: moves[{index}] needs every: 1 or more, and to: [[x, y], ...].")
     names = dict.fromkeys(move.item for move in lists.moves)
     return tuple(Item(name, (named[name].x, named[name].y)) for name in names)

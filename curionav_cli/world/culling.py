@@ -54,7 +54,7 @@ class Culling:
         tile = (int(x // TILE), int(y // TILE))
         if tile not in self._tiles:
             low, high = TILE * np.array(tile), TILE * (np.array(tile) + 1)
-            x, y = self._middle.T
-            away = rectangle_distance(x, y, low, high) - np.hypot(*self._half.T)
+            across, along = self._middle.T
+            away = rectangle_distance(across, along, low, high) - np.hypot(*self._half.T)
             self._tiles[tile] = np.flatnonzero(away < self.reach)
         return self._tiles[tile]

@@ -53,6 +53,8 @@ def wall(spec: Wall, height: float, rooms: tuple[Room, ...], source: str, where:
     """The boxes of one inner wall: its stretches, the lintels over its gaps, its sills."""
     axis, start, end, middle = _line(spec, source, where)
     top = spec.height or height
+    if {len(gap) for gap in spec.gaps} - {2, 3} or {len(hole) for hole in spec.windows} - {2, 4}:
+        raise SceneError(f"{source}: {where}: a gap is [at, width, height], a window [at, width, sill, top].")
     openings = [(gap[0], gap[1], 0.0, *(gap[2:] or (DOOR,))) for gap in spec.gaps]
     openings += [(hole[0], hole[1], *(hole[2:] or WINDOW)) for hole in spec.windows]
     stretches, at = [], start

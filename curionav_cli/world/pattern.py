@@ -9,7 +9,7 @@ import numpy as np
 from curionav_cli.world.fitted import FITTED
 from curionav_cli.world.surface import COLOURS, SIZE, TILED
 
-__all__ = ["SIZE", "exists", "picture"]
+__all__ = ["COLOURS", "PATTERNS", "SIZE", "exists", "picture"]
 PATTERNS = {**TILED, **FITTED}
 
 
@@ -22,4 +22,5 @@ def picture(name: str) -> np.ndarray:
 
 
 def exists(name: str) -> bool:
-    return name.partition("_")[0] in PATTERNS
+    pattern, _, variant = name.partition("_")
+    return pattern in FITTED or (pattern in TILED and variant in COLOURS)

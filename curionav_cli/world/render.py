@@ -83,7 +83,7 @@ class Renderer:
         pairs = find_pairs(self._surfaces, among, x, y, dx, dy, self._culling.reach)
         winner = nearest(self._surfaces, pairs, self._plane)
         address, light, metres = self._paint(pairs, winner, x, y, dx, dy)
-        texel = self._atlas.texels.take(address)
+        texel = self._atlas.texels.take(address, mode="clip")  # beyond the floor: its edge
         red_blue = ((texel & 0xFF00FF) * light >> 8) & 0xFF00FF
         green = ((texel & 0x00FF00) * light >> 8) & 0x00FF00
         shape = (len(x), SIDE, SIDE)

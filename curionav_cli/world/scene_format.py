@@ -12,6 +12,8 @@ from typing import Any, TypeVar
 from curionav_cli.errors import SceneError
 
 Numbers = tuple[float, ...]
+Pair = tuple[float, ...]  # two numbers, four: the reader counts them
+Quad = tuple[float, ...]
 Record = TypeVar("Record")
 
 
@@ -19,7 +21,7 @@ Record = TypeVar("Record")
 class Room:
     """A part of the floor: rect [x0, y0, x1, y1], and the materials of its floor and walls."""
 
-    rect: Numbers
+    rect: Quad
     name: str = ""
     floor: str = "planks"
     wall: str = "plaster_white"
@@ -33,7 +35,7 @@ class Wall:
     the room it looks at. Without a height it reaches the ceiling.
     """
 
-    line: Numbers
+    line: Quad
     thickness: float = 0.1
     height: float = 0.0
     material: str = ""
@@ -45,7 +47,7 @@ class Wall:
 class Poster:
     """Something flat on a wall: at [x, y] on the wall's surface, the way it faces, z its lower edge."""
 
-    at: Numbers
+    at: Pair
     face: str
     art: str = "poster_1"
     width: float = 0.6
@@ -74,7 +76,7 @@ class Repeat:
     """The same piece `times` times, each `step` [dx, dy] from the last; its name gets _1, _2 ..."""
 
     times: int
-    step: Numbers
+    step: Pair
     of: dict[str, Any]
 
 
@@ -101,7 +103,7 @@ class Move:
 
     item: str
     every: int
-    to: tuple[Numbers, ...]
+    to: tuple[Pair, ...]
 
 
 def read(record: type[Record], raw: Any, source: str, where: str) -> Record:
@@ -159,12 +161,18 @@ def _text(raw: Any) -> str:
     return raw
 
 
+def _numbers(raw: Any) -> Numbers:
+    return tuple(_number(item) for item in _list(raw))
+
+
 def _rows(raw: Any) -> tuple[Numbers, ...]:
     return tuple(_numbers(row) for row in _list(raw))
 
 
-def _numbers(raw: Any) -> Numbers:
-    return tuple(_number(item) for item in _list(raw))
+def _counted(raw: Any, count: int) -> Numbers:
+    if len(raw) != count:
+        raise ValueError
+    return _numbers(raw)
 
 
 def _list(raw: Any) -> list[Any]:
@@ -178,6 +186,9 @@ _READERS: dict[str, tuple[str, Any]] = {
     "int": ("a whole number", _whole),
     "str": ("text", _text),
     "Numbers": ("a list of numbers", _numbers),
+    "Pair": ("2 numbers [x, y]", lambda raw: _counted(raw, 2)),
+    "Quad": ("4 numbers [x0, y0, x1, y1]", lambda raw: _counted(raw, 4)),
+    "tuple[Pair, ...]": ("a list of [x, y]", lambda raw: tuple(_counted(row, 2) for row in _list(raw))),
     "tuple[Numbers, ...]": ("a list of lists of numbers", _rows),
     "dict[str, Any]": ("a mapping", lambda raw: dict(raw)),
 }

@@ -1,0 +1,237 @@
+"""ROS maps: golden values of the loader, its traps, every wrong input, and real maps where they are."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+from scipy import ndimage
+
+from curionav_cli.errors import MapError, SceneError
+from curionav_cli.world.dressing import rooms
+from curionav_cli.world.meshing import mesh
+from curionav_cli.world.rosmap import FREE, OCCUPIED, UNKNOWN, MapWarning, read_map
+from curionav_cli.world.scene import Scene
+from curionav_cli.world.scene_file import plain
+
+HEAD = ("image: {image}\nresolution: 0.1\norigin: [-1.0, 2.0, 0.3]\n"
+        "occupied_thresh: 0.65\nfree_thresh: 0.196\n")
+
+
+def write_map(folder: Path, pixels: np.ndarray, more: str = "negate: 0\n", name: str = "map.pgm") -> Path:
+    """A map of these pixels, row 0 on top; PGM written by hand with a comment, PNG by OpenCV."""
+    if name.endswith(".pgm"):
+        rows, columns = pixels.shape
+        head = f"P5\n# CREATOR: a test 0.1 m/pix\n{columns} {rows}\n255\n".encode()
+        (folder / name).write_bytes(head + pixels.astype(np.uint8).tobytes())
+    else:
+        cv2.imwrite(str(folder / name), pixels)
+    path = folder / "map.yaml"
+    path.write_text(HEAD.format(image=name) + more)
+    return path
+
+
+def house(rows: int = 30, columns: int = 40) -> np.ndarray:
+    """Two rooms with a door between them, grey unknown around."""
+    pixels = np.full((rows, columns), 205)
+    pixels[2:-2, 2:-2] = 0
+    pixels[3:-3, 3:-3] = 254
+    pixels[:, 20] = np.where(pixels[:, 20] == 254, 0, pixels[:, 20])
+    pixels[12:20, 20] = 254
+    return pixels
+
+
+def open_house(tmp_path: Path, pixels: np.ndarray, more: str = "negate: 0\n", **changes) -> Scene:
+    return Scene.from_dict(*plain("map", map=str(write_map(tmp_path, pixels, more)), radius=0.15, **changes))
+
+
+GREYS = np.array([[0, 89, 90, 127], [204, 205, 206, 254]])  # p: 1, .651, .647, .502 / .2, .196, .192, .004
+
+
+def test_trinary_greys_and_the_flip(tmp_path: Path) -> None:
+    cells = read_map(write_map(tmp_path, GREYS)).cells
+    assert cells.tolist() == [[UNKNOWN, UNKNOWN, FREE, FREE], [OCCUPIED, OCCUPIED, UNKNOWN, UNKNOWN]]
+
+
+@pytest.mark.parametrize("negate", ["negate: 1\n", "negate: true\n", "negate: yes\nmode: trinary\n"])
+def test_negate_may_be_int_or_bool(tmp_path: Path, negate: str) -> None:
+    cells = read_map(write_map(tmp_path, 255 - GREYS, negate)).cells
+    assert cells.tolist() == read_map(write_map(tmp_path, GREYS, "")).cells.tolist()
+
+
+def test_scale_and_raw(tmp_path: Path) -> None:
+    scale = read_map(write_map(tmp_path, GREYS, "mode: scale\nnegate: 0\n")).cells
+    assert scale[1, :2].tolist() == [OCCUPIED, OCCUPIED] and scale[0, 2:].tolist() == [FREE, FREE]
+    assert scale[1, 3] == 1 + int(98 * (1 - 127 / 255 - 0.196) / (0.65 - 0.196))
+    raw = read_map(write_map(tmp_path, np.array([[0, 40, 100, 101, 255]]), "mode: raw\nnegate: 0\n")).cells
+    assert raw.tolist() == [[0, 40, 100, UNKNOWN, UNKNOWN]]
+
+
+def test_plain_pgm_with_comments(tmp_path: Path) -> None:
+    (tmp_path / "map.pgm").write_bytes(b"P2 # plain\n# two by two\n2 # columns\n2\n15\n0 15\n# half\n7 15\n")
+    (tmp_path / "map.yaml").write_text(HEAD.format(image="map.pgm"))
+    assert read_map(tmp_path / "map.yaml").cells.tolist() == [[UNKNOWN, FREE], [OCCUPIED, FREE]]
+
+
+def test_png_in_colour_and_with_alpha(tmp_path: Path) -> None:
+    colour = np.repeat(GREYS[..., None], 3, axis=2).astype(np.uint8)
+    expected = read_map(write_map(tmp_path, GREYS)).cells.tolist()
+    assert read_map(write_map(tmp_path, colour, "", "map.png")).cells.tolist() == expected
+    alpha = np.array([[[254, 254, 254, 255], [254, 254, 254, 0], [0, 0, 0, 255], [0, 0, 0, 0]]], np.uint8)
+    trinary = read_map(write_map(tmp_path, alpha, "", "map.png")).cells
+    assert trinary.tolist() == [[FREE, UNKNOWN, OCCUPIED, OCCUPIED]]  # 0.747 clear: p 0.253; 0.25: p 0.75
+    scale = read_map(write_map(tmp_path, alpha, "mode: scale\n", "map.png")).cells
+    assert scale.tolist() == [[FREE, UNKNOWN, OCCUPIED, UNKNOWN]]
+
+
+def test_the_grey_of_unknown_is_warned_of_and_mended(tmp_path: Path) -> None:
+    path = write_map(tmp_path, house())
+    path.write_text(path.read_text().replace("free_thresh: 0.196", "free_thresh: 0.25"))
+    with pytest.warns(MapWarning, match=r"env\.unknown_grey=205"):
+        assert read_map(path).cells[0, 0] == FREE
+    assert read_map(path, unknown_grey=205).cells[0, 0] == UNKNOWN
+
+
+def test_the_transform_is_kept_and_the_world_is_in_image_axes(tmp_path: Path) -> None:
+    scene = open_house(tmp_path, house())
+    assert scene.plan.map_origin == (-1.0, 2.0, 0.3)
+    assert scene.size == pytest.approx((4.0, 3.0)) and scene.plan.cell == 0.1
+    assert np.array_equal(scene.plan.floor, house()[::-1] == 254)
+
+
+def test_visitable_cells_keep_the_radius_from_every_solid_square(tmp_path: Path) -> None:
+    scene = open_house(tmp_path, house())
+    solid = ndimage.distance_transform_edt(np.pad(house()[::-1] == 254, 1))[1:-1, 1:-1]
+    assert not scene.plan.visitable[solid * 0.1 - 0.05 <= 0.15 - 1e-9].any()
+    row, column = scene.plan.cells(scene.plan.start.x, scene.plan.start.y)
+    assert scene.plan.visitable[row, column]
+    assert scene.plan.visitable[:, :18].any() and scene.plan.visitable[:, 23:].any()
+
+
+def test_only_the_part_of_the_start_is_kept_and_it_is_sealed(tmp_path: Path) -> None:
+    pixels = house()
+    pixels[:, 20] = np.where(pixels[:, 20] == 254, 0, pixels[:, 20])
+    largest = open_house(tmp_path, pixels).plan
+    assert not largest.visitable[:, 20:].any() or not largest.visitable[:, :20].any()
+    right = open_house(tmp_path, pixels, start=[3.0, 1.5, 90]).plan
+    assert right.visitable[:, 21:].any() and not right.floor[:, :20].any()
+
+
+def test_coverage_cells_may_be_coarser(tmp_path: Path) -> None:
+    scene = open_house(tmp_path, house(), cell=0.2)
+    assert scene.plan.visitable.shape == (15, 20)
+    assert scene.plan.visitable.any()
+
+
+def test_furniture_and_posters_may_be_added_to_a_map(tmp_path: Path) -> None:
+    bare = open_house(tmp_path, house())
+    more = open_house(tmp_path, house(), furniture=[{"kind": "cabinet", "x": 1.0, "y": 1.5}])
+    assert more.plan.visitable.sum() < bare.plan.visitable.sum()
+    assert len(more.boxes) == len(bare.boxes) + 1
+
+
+def wrong(tmp_path: Path, text: str) -> Path:
+    write_map(tmp_path, house())
+    path = tmp_path / "map.yaml"
+    path.write_text(text)
+    return path
+
+
+GOOD = HEAD.format(image="map.pgm")
+
+
+@pytest.mark.parametrize(("text", "said"), [
+    (GOOD.replace("map.pgm", "gone.pgm"), "its image .*gone.pgm does not exist"),
+    (GOOD.replace("-1.0", ".nan"), "origin must be a number, not nan"),
+    (GOOD.replace("[-1.0, 2.0, 0.3]", "here"), "origin must be \\[x, y, yaw\\]"),
+    (GOOD.replace("resolution: 0.1", "resolution: 0"), "resolution is 0; it is metres per pixel"),
+    (GOOD.replace("resolution: 0.1", "resolution: fine"), "resolution must be a number"),
+    (GOOD.replace("0.196", "0.7"), "free_thresh 0.7 must be below occupied_thresh 0.65"),
+    (GOOD + "mode: fancy\n", "mode must be trinary, scale or raw"),
+    (GOOD + "negate: 1\n", "the map has no free cell|nothing to explore"),
+    ("just a sentence", "is no ROS map: it lacks image, resolution, origin"),
+    ("image: map.pgm\nresolution: 0.1\n", "is no ROS map: it lacks origin"),
+    ("a: [1,\n b: {", "is not YAML"),
+])
+def test_wrong_maps_are_refused_in_one_line(tmp_path: Path, text: str, said: str) -> None:
+    path = wrong(tmp_path, text)
+    if "negate: 1" in text:
+        (tmp_path / "map.pgm").write_bytes(b"P5\n3 3\n255\n" + bytes([254] * 9))
+    with pytest.raises(MapError, match=said) as caught:
+        Scene.from_dict(*plain("map", map=str(path)))
+    assert "\n" not in str(caught.value) and str(tmp_path) in str(caught.value)
+
+
+def test_files_that_are_no_map(tmp_path: Path) -> None:
+    path = write_map(tmp_path, house())
+    with pytest.raises(MapError, match=r"is an image\. Give the map's YAML file"):
+        Scene.from_dict(*plain("map", map=str(tmp_path / "map.pgm")))
+    with pytest.raises(MapError, match="There is no map"):
+        Scene.from_dict(*plain("map", map=str(tmp_path / "other.yaml")))
+    (tmp_path / "map.pgm").write_bytes(b"P5\n40 30\n255\n" + bytes(20))
+    with pytest.raises(MapError, match="is cut off or no PGM"):
+        Scene.from_dict(*plain("map", map=str(path)))
+    (tmp_path / "map.pgm").write_bytes(b"not a picture")
+    with pytest.raises(MapError, match="is no image that can be read"):
+        Scene.from_dict(*plain("map", map=str(path)))
+    with pytest.raises(SceneError, match=r"or a ROS map: env\.map=PATH\.yaml"):
+        Scene.from_dict(*plain("map"))
+
+
+def test_a_robot_too_wide_is_told_so(tmp_path: Path) -> None:
+    path = write_map(tmp_path, house())
+    with pytest.raises(SceneError, match="of radius 3 m fits nowhere"):
+        Scene.from_dict(*plain("map", map=str(path), radius=3.0))
+
+
+def test_a_mesh_covers_every_wall_that_is_seen_and_no_floor() -> None:
+    solid = ndimage.gaussian_filter(np.random.default_rng(0).normal(size=(60, 70)), 2) > 0
+    covered = np.zeros_like(solid)
+    boxes = mesh(solid, 12)
+    for r0, c0, r1, c1 in boxes:
+        assert 0 < r1 - r0 <= 12 and 0 < c1 - c0 <= 12
+        covered[r0:r1, c0:c1] = True
+    beside = ndimage.binary_dilation(~solid, np.ones((3, 3))) & solid
+    assert (covered >= beside).all() and not (covered & ~solid).any()
+    assert len(boxes) < beside.sum() / 3
+
+
+def test_rooms_are_told_apart_by_their_door() -> None:
+    free = house() == 254
+    number = rooms(free, 0.1)
+    assert (number >= 0).tolist() == free.tolist()
+    assert number[15, 8] != number[15, 30]
+
+
+REAL = {
+    "ipa-apartment/map.yaml": 278, "strands_kth/map.yaml": 357, "fetch_9_16_15/9_16_15.yaml": 770,
+    "aws_small_house/map.yaml": 155, "tb3_world/map.yaml": 20,
+}
+
+
+@pytest.mark.ros
+@pytest.mark.parametrize("name", REAL)
+def test_real_maps_open_and_are_drawn(real_maps: Path, name: str, draw_spots) -> None:
+    from curionav_cli.world.render import Renderer
+
+    scene = Scene.from_dict(*plain("map", map=str(real_maps / name)))
+    assert scene.plan.floor.sum() * 0.0025 == pytest.approx(REAL[name], rel=0.12)
+    assert scene.plan.visitable.sum() > 0.6 * scene.plan.floor.sum()
+    assert (scene.plan.visitable <= scene.plan.floor).all()
+    rgb, depth = Renderer(scene).render(*draw_spots(scene, 24, 0))
+    assert depth.min() > 0.05 and rgb.std(axis=(1, 2, 3)).min() > 5
+
+
+@pytest.mark.ros
+def test_real_fixtures_of_nav2(real_maps: Path) -> None:
+    folder = real_maps / "nav2_testmaps"
+    ros = read_map(folder / "testmap.yaml")
+    assert ros.origin == (2.0, 3.0, 1.0) and ros.cells.shape == (10, 10)
+    assert (ros.cells == FREE).sum() == 71 and (ros.cells == OCCUPIED).sum() == 29
+    assert read_map(folder / "map_circular.yaml").cells.shape == (384, 384)
+    ten = read_map(folder / "TenByTen.yaml")
+    assert ten.resolution == 1.0 and (ten.cells == FREE).sum() == 78
+    with pytest.raises(MapError, match="is an image"):
+        Scene.from_dict(*plain("map", map=str(real_maps / "tb3_office" / "map_office.pgm")))

@@ -1,0 +1,30 @@
+"""The contact sheet: a picture of the whole scene."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import cv2
+
+from curionav_cli.world.scene import Scene
+from curionav_cli.world.sheet import contact_sheet, top_view
+
+
+def test_a_sheet_shows_plan_views_and_depths(small_room: Scene, tmp_path: Path) -> None:
+    path = tmp_path / "sheet.png"
+    contact_sheet(small_room, path)
+    image = cv2.imread(str(path))
+    assert image.shape[0] > 500 and image.shape[1] > 1000
+    assert len({pixel.tobytes() for pixel in image[::7, ::7].reshape(-1, 3)}) > 1000
+    contact_sheet(small_room, tmp_path / "again.png")
+    assert (tmp_path / "again.png").read_bytes() == path.read_bytes()
+
+
+def test_the_top_view_is_upright(small) -> None:
+    """The box stands in the north-west: left and above the middle of the picture."""
+    small["furniture"] = [{"kind": "toolbox", "x": 0.4, "y": 1.6, "w": 0.5, "d": 0.5}]
+    image = top_view(Scene.from_dict(small), 300).astype(int)
+    red = (image[..., 0] > 120) & (image[..., 1] < 90) & (image[..., 2] < 90)
+    rows, columns = red.nonzero()
+    assert len(rows) > 500
+    assert rows.mean() < 120 and columns.mean() < 150
