@@ -92,8 +92,8 @@ def _room_lamps(rects: list[tuple[float, ...]]) -> tuple[tuple[float, float], ..
 def _check_materials(names: list[str], source: str) -> None:
     for name in names:
         if not exists(name):
-            colours = ", ".join(filter(None, COLOURS))
-            raise SceneError(f"{source}: there is no material {name}. There is {', '.join(sorted(PATTERNS))}; "
+            colours, patterns = ", ".join(filter(None, COLOURS)), ", ".join(sorted(PATTERNS))
+            raise SceneError(f"{source}: there is no material {name}. There is {patterns}; "
                              f"the plain ones in colours, as plaster_sage: {colours}.")
 
 

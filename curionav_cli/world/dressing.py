@@ -43,6 +43,7 @@ def dress(free: np.ndarray, resolution: float,
     wall_of = rng.permutation(len(WALLS))[np.arange(room.max() + 2) % len(WALLS)]
     floor_of = rng.permutation(len(FLOORS))[np.arange(room.max() + 2) % len(FLOORS)]
     islands, material, tall = _islands(~free, resolution, height, rng)
+    padded = np.pad(room, 1, constant_values=-1)
     boxes: list[Box] = []
     for r0, c0, r1, c1 in mesh(~free, max(1, round(LONGEST / resolution))).tolist():
         island = islands[r0, c0]
@@ -50,7 +51,7 @@ def dress(free: np.ndarray, resolution: float,
         if island:
             boxes.append(Box((*low, 0.0), (*high, tall[island]), (material[island],) * 4, material[island]))
             continue
-        beside = _rooms_beside(room, r0, c0, r1, c1)
+        beside = _rooms_beside(padded, r0, c0, r1, c1)
         sides = tuple(WALLS[wall_of[number]] for number in beside)
         boxes.append(Box((*low, 0.0), (*high, height), sides, sides[0]))  # type: ignore[arg-type]
         boxes += _posters(room, (r0, c0, r1, c1), resolution, rng)
@@ -98,9 +99,11 @@ def _islands(solid: np.ndarray, resolution: float, height: float,
     return label, material, tall
 
 
-def _rooms_beside(room: np.ndarray, r0: int, c0: int, r1: int, c1: int) -> list[int]:
-    """The room that each face looks at, west east south north; a hidden face takes any other's."""
-    padded = np.pad(room, 1, constant_values=-1)
+def _rooms_beside(padded: np.ndarray, r0: int, c0: int, r1: int, c1: int) -> list[int]:
+    """The room that each face looks at, west east south north; a hidden face takes any other's.
+
+    padded: the rooms' numbers with a border of one cell.
+    """
     strips = (padded[r0 + 1:r1 + 1, c0], padded[r0 + 1:r1 + 1, c1 + 1],
               padded[r0, c0 + 1:c1 + 1], padded[r1 + 1, c0 + 1:c1 + 1])
     most = [int(np.bincount(strip + 1, minlength=2)[1:].argmax()) if (strip >= 0).any() else -1

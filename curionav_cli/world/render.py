@@ -77,7 +77,7 @@ class Renderer:
 
     def _draw(self, x: np.ndarray, y: np.ndarray, cosine: np.ndarray, sine: np.ndarray, rgb: np.ndarray,
               depth: np.ndarray) -> None:
-        dx = nonzero(cosine[:, None] + self._across * sine[:, None])  # (B, C)
+        dx = nonzero(cosine[:, None] + self._across * sine[:, None])  # (B, C) float64
         dy = nonzero(sine[:, None] - self._across * cosine[:, None])
         among = self._culling(x, y, cosine, sine)
         pairs = find_pairs(self._surfaces, among, x, y, dx, dy, self._culling.reach)
@@ -87,8 +87,7 @@ class Renderer:
         red_blue = ((texel & 0xFF00FF) * light >> 8) & 0xFF00FF
         green = ((texel & 0x00FF00) * light >> 8) & 0x00FF00
         shape = (len(x), SIDE, SIDE)
-        packed = np.ascontiguousarray((red_blue | green).reshape(shape).transpose(0, 2, 1))
-        rgb[:] = packed.view(np.uint8).reshape(*shape, 4)[..., :3]
+        _unpack((red_blue | green).reshape(shape).transpose(0, 2, 1), rgb)
         np.minimum(metres.reshape(shape).transpose(0, 2, 1), np.float32(FAR), out=depth)
 
     def _paint(self, pairs: Pairs, winner: np.ndarray, x: np.ndarray, y: np.ndarray, dx: np.ndarray,
@@ -118,3 +117,13 @@ class Renderer:
         if self.scene.brightness != 1.0:
             shade *= np.float32(self.scene.brightness)
         return address, shade.astype(np.uint32), metres
+
+
+def _unpack(packed: np.ndarray, rgb: np.ndarray) -> None:
+    """Packed colours (B, 64, 64) uint32 into rgb (B, 64, 64, 3) uint8: four pixels are three words."""
+    four = np.ascontiguousarray(packed).reshape(len(packed), SIDE, SIDE // 4, 4)
+    words = rgb.reshape(len(packed), SIDE, SIDE * 3).view("<u4").reshape(len(packed), SIDE, SIDE // 4, 3)
+    first, second, third, fourth = (four[..., index] for index in range(4))
+    words[..., 0] = first | second << 24
+    words[..., 1] = second >> 8 | third << 16
+    words[..., 2] = third >> 16 | fourth << 8

@@ -22,6 +22,7 @@ TINY = 1e-9
 class Pairs(NamedTuple):
     """P pairs sorted by column, and one more for floor and ceiling at the end."""
 
+    column: np.ndarray  # (P,)
     first: np.ndarray  # (N,) where each column's pairs begin
     rank: np.ndarray  # (P,) uint32
     box: np.ndarray  # (P + 1,)
@@ -60,8 +61,15 @@ def find_pairs(surfaces: Surfaces, among: np.ndarray, x: np.ndarray, y: np.ndarr
     face = np.where(by_x, np.where(right > 0, WEST, EAST), np.where(up > 0, SOUTH, NORTH))
     along = np.where(by_x, y.take(frame) + met * up, x.take(frame) + met * right)
     grazing = 1.0 / np.abs(np.where(by_x, right, up))
-    return Pairs(first, rank, np.append(box, len(surfaces.low) - 1), np.append(met, np.float32(0.0)), left,
-                 np.append(face, 0), np.append(along, 0.0), np.append(grazing, 1.0))
+    plane = len(surfaces.low) - 1
+    return Pairs(column, first, rank, _and(box, plane), _and(met, 0.0), left, _and(face, 0), _and(along, 0.0),
+                 _and(grazing, 1.0))
+
+
+def _and(values: np.ndarray, last: float) -> np.ndarray:
+    longer = np.empty(len(values) + 1, values.dtype)
+    longer[:-1], longer[-1] = values, last
+    return longer
 
 
 def _slab(low: np.ndarray, high: np.ndarray, direction: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -77,13 +85,35 @@ def nearest(surfaces: Surfaces, pairs: Pairs, plane: np.ndarray) -> np.ndarray:
     plane (R,) uint32: packed depth of floor and ceiling.
     """
     box = pairs.box[:-1]
-    enter = np.maximum(surfaces.near.take(box, axis=0), pairs.entry[:-1, None])  # (P, R)
-    leave = np.minimum(surfaces.far.take(box, axis=0), pairs.leave[:, None])
-    key = (enter.view(np.uint32) & ~RANK) | pairs.rank[:, None]
-    key |= (enter >= leave).astype(np.uint32) << 31
-    best = np.minimum(np.minimum.reduceat(key, pairs.first, axis=0), plane)
+    flat = (pairs.entry[:-1].view(np.uint32) & ~RANK) | pairs.rank
+    shut = surfaces.open.take(box) == 0  # a closed wall is met by every row
+    walls = np.minimum.reduceat(np.where(shut, flat, MISS), pairs.first)
+    best = np.minimum(walls[:, None], plane)
+    part = np.flatnonzero(~shut)
+    if len(part):
+        _over(best, _rows(surfaces, pairs, part), part, pairs)
     rank = best & RANK
     return np.where(rank == RANK, len(box), pairs.first[:, None] + rank)
+
+
+def _rows(surfaces: Surfaces, pairs: Pairs, part: np.ndarray) -> np.ndarray:
+    """(P, R) uint32: packed depth at which each row meets the box of a pair, MISS where it does not."""
+    box = pairs.box.take(part)
+    enter = np.maximum(surfaces.near.take(box, axis=0), pairs.entry.take(part)[:, None])
+    leave = np.minimum(surfaces.far.take(box, axis=0), pairs.leave.take(part)[:, None])
+    key = enter.view(np.uint32)
+    missed = (enter >= leave).astype(np.uint32) << 31
+    return ((key & ~RANK) | pairs.rank.take(part)[:, None]) | missed
+
+
+def _over(best: np.ndarray, key: np.ndarray, part: np.ndarray, pairs: Pairs) -> None:
+    """best (N, R) becomes the minimum of itself and the rows of its column's pairs."""
+    column = pairs.column.take(part)
+    turn = np.arange(len(part)) - np.searchsorted(column, column)
+    for layer in range(int(turn.max()) + 1):
+        here = np.flatnonzero(turn == layer)
+        there = column.take(here)
+        best[there] = np.minimum(best.take(there, axis=0), key.take(here, axis=0))
 
 
 def wall_texels(surfaces: Surfaces, pairs: Pairs, camera: float,
