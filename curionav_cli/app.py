@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib
 import os
 import sys
 from pathlib import Path
@@ -66,17 +67,22 @@ def options(
     """What stands before the subcommand."""
 
 
-@app.command(cls=SettingsCommand, context_settings=SETTINGS)
-def explore(
-    overrides: Overrides = None, multirun: Multirun = False, cfg: Cfg = None, resolve: Resolve = False,
-    package: Package = None, info: Info = None, config_dir: ConfigDir = None,
-) -> None:
-    """Let an agent live in a world and draw what it covered."""
-    from curionav_cli.commands import explore
-    from curionav_cli.commands.launch import Request
+def command_with_settings(name: str, about: str) -> None:
+    """Register a command whose arguments are settings; commands/<name>.py runs it."""
+    @app.command(name, help=about, cls=SettingsCommand, context_settings=SETTINGS)
+    def command(
+        overrides: Overrides = None, multirun: Multirun = False, cfg: Cfg = None, resolve: Resolve = False,
+        package: Package = None, info: Info = None, config_dir: ConfigDir = None,
+    ) -> None:
+        from curionav_cli.commands.launch import Request
 
-    raise typer.Exit(explore.run(
-        Request("explore", overrides or [], multirun, cfg, package, resolve, info, config_dir)))
+        module = importlib.import_module(f"curionav_cli.commands.{name}")
+        raise typer.Exit(module.run(
+            Request(name, overrides or [], multirun, cfg, package, resolve, info, config_dir)))
+
+
+command_with_settings("explore", "Let an agent live in a world and draw what it covered.")
+command_with_settings("sheet", "Draw a contact sheet of a world: top view, camera images and depth.")
 
 
 @app.command()

@@ -52,7 +52,7 @@ def explore(settings: Config, folder: Path) -> RunFolder:
         if begun:
             go_on(run, agent, found)
         else:
-            run.create(config, provenance.about(settings.device.value, settings.seed), plan)
+            run.create(config, provenance.about(folder, settings.device.value, settings.seed), plan)
         first = found[0] if found else 0
         run.set_status(state="running", error=None, episodes=settings.loop.episodes)
         label = f"{settings.env.name} {settings.agent.name} seed {settings.seed}"
@@ -132,8 +132,7 @@ def draw(run: RunFolder) -> None:
 
 def work(settings: Config, folder: Path) -> dict[str, Any]:
     """One job, as the launchers call it."""
-    explore(settings, folder)
-    return {}
+    return {"coverage": explore(settings, folder).status["coverage"]}  # what a sweeper that searches maximises
 
 
 def check(settings: Config) -> None:

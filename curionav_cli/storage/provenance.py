@@ -4,21 +4,26 @@ from __future__ import annotations
 
 import os
 import platform
+import shlex
 import subprocess
-import sys
 from datetime import UTC, datetime
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
+import yaml
+
 PACKAGES = ("curionav", "numpy", "torch", "gymnasium", "hydra-core", "opencv-python-headless")
 
 
-def about(device: str, seed: int) -> dict[str, Any]:
-    """Command, versions, machine, commit."""
+def about(folder: Path, device: str, seed: int) -> dict[str, Any]:
+    """Command, versions, machine, commit. folder: where Hydra noted the overrides of this job."""
+    noted = folder / ".hydra" / "overrides.yaml"
+    overrides = yaml.safe_load(noted.read_text()) if noted.is_file() else []
     return {
-        "command": " ".join(["curionav", *sys.argv[1:]]), "began": datetime.now(UTC).isoformat(timespec="seconds"),
-        "config_path": os.environ.get("CURIONAV_CONFIG_PATH"), "device": device, "seed": seed, "renderer": "numpy",
+        "command": shlex.join(["curionav", "explore", *overrides]),
+        "config_path": os.environ.get("CURIONAV_CONFIG_PATH"), "device": device, "seed": seed,
+        "began": datetime.now(UTC).isoformat(timespec="seconds"), "renderer": "numpy",
         "python": platform.python_version(), **{package: version(package) for package in PACKAGES},
         "machine": platform.machine(), "cores": os.cpu_count(), "threads": os.environ.get("OMP_NUM_THREADS"),
         **commit(),

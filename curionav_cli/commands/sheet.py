@@ -1,0 +1,37 @@
+"""curionav sheet: what a world looks like, before anyone lives in it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from curionav_cli import build
+from curionav_cli.commands.launch import Request, launch
+from curionav_cli.config.job import Outcome
+from curionav_cli.config.schema import Config
+
+
+def run(request: Request) -> int:
+    """The command: its exit code."""
+    return launch(request, work, summary, check)
+
+
+def work(settings: Config, folder: Path) -> dict[str, Any]:
+    """One sheet, written into `folder`."""
+    from curionav_cli.world.sheet import contact_sheet
+
+    world = build.scene(settings)
+    contact_sheet(world, folder / "sheet.png")
+    return {"cells": int(world.plan.visitable.sum()), "cell": world.plan.cell}
+
+
+def check(settings: Config) -> None:
+    build.scene(settings)
+
+
+def summary(folder: Path, outcomes: list[Outcome]) -> None:
+    for outcome in outcomes:
+        if not outcome.code:
+            area = outcome.result["cells"] * outcome.result["cell"] ** 2
+            print(f"{outcome.folder / 'sheet.png'}: {outcome.result['cells']} visitable cells of "
+                  f"{outcome.result['cell'] * 100:g} cm, {area:.2f} m2")
