@@ -35,8 +35,7 @@ def build_networks(hyper: schema.LBSDreamer, generator: torch.Generator, device:
         networks = Networks(hyper)
     networks.to_empty(device="cpu")
     initialise(networks, generator)
-    networks.stream_norm.mean.zero_()
-    networks.stream_norm.magnitude.fill_(1)
+    networks.stream_norm.reset()
     networks.behaviour.update_slow_critic()
     return networks.to(device)
 

@@ -10,21 +10,32 @@ class StreamNorm(nn.Module):
     """(r - centring * mean) / (magnitude + 1e-8), both running means, the magnitude of |r|.
 
     momentum: how much of the running means is kept at each update. centring 0 is the published form.
+    The magnitude starts at one, as published; the mean is that of what was seen, from the first update.
     A signal without spread stays without: nothing is divided by a deviation.
     """
 
-    mean: Tensor
+    total: Tensor
+    weight: Tensor
     magnitude: Tensor
 
     def __init__(self, momentum: float, centring: float):
         super().__init__()
         self.momentum, self.centring = momentum, centring
-        self.register_buffer("mean", torch.zeros(()))
-        self.register_buffer("magnitude", torch.ones(()))
+        for name in ("total", "weight", "magnitude"):
+            self.register_buffer(name, torch.zeros(()))
+        self.reset()
+
+    def reset(self) -> None:
+        self.total.zero_()
+        self.weight.zero_()
+        self.magnitude.fill_(1)
 
     @torch.no_grad()
     def forward(self, reward: Tensor) -> Tensor:
         """Take the rewards (...) into the running means, then scale them."""
-        self.mean.lerp_(reward.mean(), 1 - self.momentum)
-        self.magnitude.lerp_(reward.abs().mean(), 1 - self.momentum)
-        return (reward - self.centring * self.mean) / (self.magnitude + 1e-8)
+        keep = self.momentum
+        self.total.mul_(keep).add_(reward.mean(), alpha=1 - keep)
+        self.weight.mul_(keep).add_(1 - keep)
+        self.magnitude.mul_(keep).add_(reward.abs().mean(), alpha=1 - keep)
+        mean = self.total / self.weight.clamp(min=1e-8)
+        return (reward - self.centring * mean) / (self.magnitude + 1e-8)

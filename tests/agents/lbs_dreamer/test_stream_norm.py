@@ -24,5 +24,9 @@ def test_centring_takes_the_running_mean_off():
     torch.testing.assert_close(norm(torch.tensor([9.0, 11.0])), torch.tensor([-0.1, 0.1]))
 
 
+def test_the_mean_is_right_from_the_first_update():
+    assert not StreamNorm(0.95, 1.0)(torch.full((4,), 7.0)).any()
+
+
 def test_a_signal_without_spread_stays_without():
     assert not StreamNorm(0.0, 1.0)(torch.full((4,), 7.0)).any()
