@@ -184,7 +184,7 @@ class Collision(Enum):
 
 @dataclass(frozen=True)
 class Env:
-    """A scene in metres and degrees; docs/scenes.md explains each key, world/scene_format.py the lists.
+    """A scene in metres and degrees; world/scene_format.py explains the lists.
 
     A scene either has a `size` or opens a ROS `map`. `visitable` is a promise about the number of
     cells a robot of `visitable_radius` can reach: a scene that breaks it does not load.

@@ -10,6 +10,7 @@ import numpy as np
 
 from curionav_cli.config.schema import Env
 from curionav_cli.errors import SceneError
+from curionav_cli.geometry import rectangle_distance
 from curionav_cli.records import FloorPlan, Pose
 from curionav_cli.world import layout
 from curionav_cli.world.boxes import FIXED, Box, Boxes
@@ -32,6 +33,7 @@ from curionav_cli.world.visitable import (
 
 TUNE_STEPS = 200
 LAMP_SPACING = 2.5
+START_ROOM = 0.1  # metres beside the robot that nothing may be moved into
 
 
 def construct(raw: dict[str, Any], source: str) -> dict[str, Any]:
@@ -43,6 +45,7 @@ def construct(raw: dict[str, Any], source: str) -> dict[str, Any]:
     furniture, visitable, start = _reach(env, lists, site, items, source)
     boxes = _pack(env, lists, furniture, site, items, source)
     _keep_promise(env, visitable, source)
+    _keep_start_free(env, lists, boxes, start, items, source)
     solid = boxes.solid(env.agent_height) & (boxes.item == FIXED)
     covered = covered_cells(boxes.low[solid, :2], boxes.high[solid, :2], visitable.shape, site.cell)
     plan = FloorPlan(visitable=visitable, floor=site.floor, solid=covered, cell=site.cell, start=start,
@@ -105,8 +108,25 @@ def _items(lists: Lists, source: str) -> tuple[Item, ...]:
             raise SceneError(f"{source}: moves[{index}].item: no piece of furniture is called {move.item}.")
         if move.every < 1 or not move.to:
             raise SceneError(f"{source}: moves[{index}] needs every: 1 or more, and to: [[x, y], ...].")
-    names = dict.fromkeys(move.item for move in lists.moves)
+    names = [move.item for move in lists.moves]
+    for name in names:
+        if names.count(name) > 1:
+            raise SceneError(f"{source}: moves names {name} more than once; list all its places in one to:.")
     return tuple(Item(name, (named[name].x, named[name].y)) for name in names)
+
+
+def _keep_start_free(env: Env, lists: Lists, boxes: Boxes, start: Pose, items: tuple[Item, ...],
+                     source: str) -> None:
+    """No movable thing may come to stand where every episode begins."""
+    for index, (move, item) in enumerate(zip(lists.moves, items, strict=True)):
+        solid = boxes.solid(env.agent_height) & (boxes.item == index)
+        for x, y in (item.home, *((at[0], at[1]) for at in move.to)):
+            shift = np.array([x, y]) - item.home
+            corners = zip(boxes.low[solid, :2] + shift, boxes.high[solid, :2] + shift, strict=True)
+            here = np.array(start.x), np.array(start.y)
+            if any(rectangle_distance(*here, *box) <= env.radius + START_ROOM for box in corners):
+                raise SceneError(f"{source}: moves[{index}] puts {item.name} at ({x:g}, {y:g}), "
+                                 "on the start.")
 
 
 def _pack(env: Env, lists: Lists, furniture: tuple[Furniture, ...], site: Site, items: tuple[Item, ...],

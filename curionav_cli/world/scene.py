@@ -1,6 +1,6 @@
 """A scene: frozen, drawn or not. Boxes, the reachable cells, the start, and what each episode changes.
 
-`Scene.from_dict` reads a file of conf/env (docs/scenes.md); `Scene.at` is the scene of one episode.
+`Scene.from_dict` reads a file of conf/env (its lists: scene_format.py); `Scene.at` is one episode's scene.
 Collision and coverage need only `plan`; nothing here draws.
 """
 

@@ -76,6 +76,8 @@ def test_a_robot_lower_than_the_table_drives_under_it(small) -> None:
     ({"light": {"drift": 0.2, "perod": 3}}, "light has no key perod. Did you mean period?"),
     ({"moves": [{"item": "chair", "every": 2, "to": [[1, 1]]}]}, "no piece of furniture is called chair"),
     ({"moves": [{"item": "box", "every": 0, "to": [[1, 1]]}]}, "moves[0] needs every: 1 or more"),
+    ({"moves": [{"item": "box", "every": 2, "to": [[0.7, 0.5]]}]}, "puts box at (0.7, 0.5), on the start"),
+    ({"moves": [{"item": "box", "every": 2, "to": [[2.5, 1]]}] * 2}, "moves names box more than once"),
     ({"start": [2.0, 0.1, 0]}, "the start (2, 0.1) is inside a wall or furniture"),
     ({"start": [9.0, 9.0, 0]}, "The nearest free spot is"),
     ({"start": [0.5, 0.5, 45]}, "degrees a multiple of 10"),
@@ -131,7 +133,7 @@ def test_trimming_keeps_the_rest_in_one_piece() -> None:
     assert ndimage.label(left)[1] == 1
 
 
-MOVES = [{"item": "box", "every": 2, "to": [[0.9, 0.9], [0.4, 0.9]]}]
+MOVES = [{"item": "box", "every": 2, "to": [[1.0, 0.9], [0.4, 1.0]]}]
 
 
 def test_moved_things_are_recorded_and_stand_in_the_way(small) -> None:
@@ -148,7 +150,7 @@ def test_moved_things_are_recorded_and_stand_in_the_way(small) -> None:
             assert moved[0]["item"] == "box" and tuple(moved[0]["to"]) == centre != tuple(moved[0]["from"])
         assert (scene.plan.visitable <= base.plan.visitable).all()
         assert np.array_equal(scene.plan.visitable, recount(scene))
-    assert places == {(0.4, 1.6), (0.9, 0.9), (0.4, 0.9)}
+    assert places == {(0.4, 1.6), (1.0, 0.9), (0.4, 1.0)}
 
 
 def test_an_episode_is_a_pure_function_of_seed_and_number(small) -> None:
