@@ -5,6 +5,7 @@ from __future__ import annotations
 import importlib
 import os
 import sys
+import warnings
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -129,6 +130,7 @@ def main(arguments: list[str] | None = None) -> Any:
     """Exit codes: 0 done, 1 the run failed, 2 wrong use or config, 130 interrupted."""
     for name, value in (("OMP_WAIT_POLICY", "PASSIVE"), ("OMP_NUM_THREADS", "1")):
         os.environ.setdefault(name, value)  # one thread a run: spinning threads cost up to 33 times
+    warnings.formatwarning = lambda message, *where, **more: f"warning: {message}\n"
     try:
         app(arguments)
     except UserError as error:

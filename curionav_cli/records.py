@@ -68,9 +68,9 @@ class FloorPlan:
     @classmethod
     def load(cls, path: Path) -> FloorPlan:
         arrays = read_arrays(path, ("visitable", "floor", "solid", "numbers"))
-        numbers = json.loads(str(arrays.pop("numbers")))
-        numbers["start"], numbers["map_origin"] = Pose(*numbers["start"]), Pose(*numbers["map_origin"])
-        return cls(**arrays, **numbers)
+        numbers: dict[str, Any] = json.loads(str(arrays["numbers"]))
+        numbers |= {key: Pose(*numbers[key]) for key in ("start", "map_origin")}
+        return cls(arrays["visitable"], arrays["floor"], arrays["solid"], **numbers)
 
 
 @dataclass(frozen=True)

@@ -55,7 +55,7 @@ def explore(settings: Config, folder: Path) -> RunFolder:
             run.create(config, provenance.about(folder, settings.device.value, settings.seed), plan)
         first = found[0] if found else 0
         run.set_status(state="running", error=None, episodes=settings.loop.episodes)
-        label = f"{settings.env.name} {settings.agent.name} seed {settings.seed}"
+        label = f"{settings.agent.name} seed {settings.seed}"
         show = report(label, settings.loop, first)
         try:
             live_run(settings, run, world, agent, fixed, first, show)
@@ -123,7 +123,7 @@ def draw(run: RunFolder) -> None:
 
     result = Run(run)
     share = f"{result.coverage.share:.1%} of {result.coverage.total} {result.denominator} cells"
-    plots.save(plots.heatmap(result.coverage, f"{result.label}: {share}"), run.figures / "heatmap.png")
+    plots.save(plots.heatmap(result.coverage, f"{result.label}\n{share}"), run.figures / "heatmap.png")
     plots.save(plots.curves([result], result.label), run.figures / "coverage.png")
     row = result.row()
     run.write("table.md", tables.markdown([row]))

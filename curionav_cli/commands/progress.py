@@ -16,7 +16,8 @@ class Report:
     """Counts steps and time; the subclasses show them."""
 
     def __init__(self, label: str, loop: Loop, first: int):
-        self.label, self.episodes, self.steps, self.iterations = label, loop.episodes, loop.steps, loop.iterations
+        self.label = label
+        self.episodes, self.steps, self.iterations = loop.episodes, loop.steps, loop.iterations
         self.first = self.episode = first
         self.began = self.episode_began = time.perf_counter()
         self.rate = 0.0  # steps a second of the running or the last episode's acting
@@ -61,16 +62,17 @@ class LiveReport(Report):
     def __init__(self, label: str, loop: Loop, first: int):
         super().__init__(label, loop, first)
         self.coverage = "coverage ?"
-        self.progress = Progress(
-            TextColumn("{task.fields[label]}"), BarColumn(bar_width=20), TextColumn("{task.description}"),
-            console=Console(), refresh_per_second=5)
-        self.task = self.progress.add_task("", total=loop.episodes * loop.steps, completed=first * loop.steps, label=label)
+        console = Console()
+        bar = [BarColumn(bar_width=20)] if console.width >= 120 else []
+        self.progress = Progress(*bar, TextColumn("{task.description}"), console=console, refresh_per_second=5)
+        self.task = self.progress.add_task(label, total=loop.episodes * loop.steps, completed=first * loop.steps)
         self.progress.start()
 
     def show(self, step: int, doing: str) -> None:
+        episode = min(self.episode + 1, self.episodes)
         self.progress.update(self.task, completed=self.episode * self.steps + step, description=(
-            f"episode {min(self.episode + 1, self.episodes)}/{self.episodes} {doing}, "
-            f"{self.rate:.0f} steps/s, {self.coverage}, {self.left()} left"))
+            f"{self.label} {episode}/{self.episodes}: {doing}, {self.rate:.0f} steps/s, "
+            f"{self.coverage}, {self.left()} left"))
 
     def acted(self, step: int) -> None:
         super().acted(step)

@@ -28,8 +28,8 @@ def changed(settings: Config, changes: list[str]) -> Config:
     for change in changes:
         key, _, value = change.partition("=")
         if key != "loop.episodes":
-            raise ConfigError(f"A run goes on with the settings it began with; only loop.episodes may change, not {key}. "
-                              "Start a new run for another one.")
+            raise ConfigError("A run goes on with the settings it began with; only loop.episodes may change, "
+                              f"not {key}. Start a new run for another one.")
         if not value.isdecimal() or int(value) < 1:
             raise ConfigError(f"loop.episodes: {value!r} is not a number of episodes")
         settings = replace(settings, loop=replace(settings.loop, episodes=int(value)))

@@ -9,7 +9,7 @@ from pathlib import Path
 import matplotlib
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.colors import LogNorm
+from matplotlib.colors import ListedColormap, LogNorm
 from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 
@@ -23,7 +23,9 @@ STYLES = {
     "bounce": ("#c2410c", "--"), "frontier": ("#15803d", (0, (1, 1))),
 }
 OTHER = ("#6d28d9", (0, (5, 1, 1, 1)))
-SOLID, OUTSIDE = "#4b5563", "#ffffff"
+SOLID = "#4b5563"
+VISITS = ListedColormap(matplotlib.colormaps["inferno_r"](np.linspace(0.15, 1, 256)))  # visible on white
+DRAWN = 140  # about so many squares along the longer side of a building
 matplotlib.rcParams.update({
     "figure.dpi": 110, "font.size": 9, "axes.spines.top": False, "svg.hashsalt": "curionav",
     "axes.titlesize": 9, "legend.frameon": False,
@@ -41,14 +43,14 @@ def heatmap(coverage: Coverage, title: str) -> Figure:
     wide, high = extent_of(coverage.plan)
     figure = Figure((2.2 + 5.0 * min(1.0, wide / high), 0.9 + 5.0 * min(1.0, high / wide)), layout="constrained")
     axes = figure.add_subplot()
-    draw_heatmap(axes, coverage, title, int(coverage.visits.max()))
-    add_scale(figure, [axes], coverage.rule)
+    draw_heatmap(axes, coverage, title, int(blocks(coverage).max()))
+    add_scale(figure, [axes], coverage)
     return figure
 
 
 def heatmaps(runs: Sequence[Run]) -> Figure:
     """The heatmaps of several runs side by side, on one scale."""
-    most = max(int(run.coverage.visits.max()) for run in runs)
+    most = max(int(blocks(run.coverage).max()) for run in runs)
     across = min(len(runs), 4)
     down = -(-len(runs) // across)
     wide, high = extent_of(runs[0].plan)
@@ -61,26 +63,43 @@ def heatmaps(runs: Sequence[Run]) -> Figure:
         draw_heatmap(axes, run.coverage, title, most)
     for axes in all_axes[len(runs):]:
         axes.set_axis_off()
-    add_scale(figure, all_axes, runs[0].rule)
+    add_scale(figure, all_axes, runs[0].coverage)
     return figure
 
 
 def draw_heatmap(axes: Axes, coverage: Coverage, title: str, most: int) -> None:
     plan = coverage.plan
     rows, columns = coverage.visits.shape
-    extent = (0, columns * plan.cell, 0, rows * plan.cell)
+    extent = (0.0, columns * plan.cell, 0.0, rows * plan.cell)
     draw_plan(axes, plan, extent)
-    shown = np.ma.masked_equal(coverage.visits, 0)
-    axes.imshow(shown, norm=LogNorm(1, max(2, most)), cmap="inferno_r", origin="lower", extent=extent,
+    visits = blocks(coverage)
+    side = block_side(plan)
+    axes.imshow(np.ma.masked_equal(visits, 0), norm=LogNorm(1, max(2, most)), cmap=VISITS, origin="lower",
+                extent=(0, visits.shape[1] * side * plan.cell, 0, visits.shape[0] * side * plan.cell),
                 interpolation="nearest")
-    side = max(plan.cell, 0.012 * max(extent_of(plan)))
-    axes.add_patch(Rectangle((plan.start.x - side, plan.start.y - side), 2 * side, 2 * side,
+    half = max(plan.cell, 0.012 * max(extent_of(plan)))
+    axes.add_patch(Rectangle((plan.start.x - half, plan.start.y - half), 2 * half, 2 * half,
                              facecolor="#1d4ed8", edgecolor="white", linewidth=0.8, zorder=3))
     axes.set(title=title, xlabel="x (m)", ylabel="y (m)")
 
 
-def add_scale(figure: Figure, all_axes: Sequence[Axes], rule: str) -> None:
-    figure.colorbar(all_axes[0].images[-1], ax=all_axes, shrink=0.8, label=f"visits to a cell ({rule})")
+def add_scale(figure: Figure, all_axes: Sequence[Axes], coverage: Coverage) -> None:
+    side = block_side(coverage.plan)
+    what = "a cell" if side == 1 else f"{side * side} cells"
+    figure.colorbar(all_axes[0].images[-1], ax=all_axes, shrink=0.8, label=f"visits to {what} ({coverage.rule})")
+
+
+def block_side(plan: FloorPlan) -> int:
+    """How many cells a drawn square is wide: more than one in a large building, so that it can be seen."""
+    return max(1, round(max(extent_of(plan)) / plan.cell / DRAWN))
+
+
+def blocks(coverage: Coverage) -> np.ndarray:
+    """Visits summed over squares of block_side cells."""
+    side = block_side(coverage.plan)
+    rows, columns = coverage.visits.shape
+    whole = np.pad(coverage.visits, ((0, -rows % side), (0, -columns % side)))
+    return whole.reshape(whole.shape[0] // side, side, whole.shape[1] // side, side).sum((1, 3))
 
 
 def extent_of(plan: FloorPlan) -> tuple[float, float]:
@@ -90,7 +109,7 @@ def extent_of(plan: FloorPlan) -> tuple[float, float]:
     return columns * plan.cell, rows * plan.cell
 
 
-def draw_plan(axes: Axes, plan: FloorPlan, extent: tuple[float, ...]) -> None:
+def draw_plan(axes: Axes, plan: FloorPlan, extent: tuple[float, float, float, float]) -> None:
     """Obstacles dark, cells that can be visited light, floor out of reach between; cropped to the building."""
     picture = np.ones((*plan.floor.shape, 3))
     picture[plan.floor] = matplotlib.colors.to_rgb("#e5e7eb")
@@ -120,7 +139,8 @@ def curves(runs: Sequence[Run], title: str) -> Figure:
                   xytext=(0, -11), textcoords="offset points", color="#b91c1c")
     axes.set(title=title, xlabel="steps", ylabel=f"visited cells ({runs[0].rule})", ylim=(0, total * 1.04),
              xlim=(0, max(run.curve.steps for run in runs)))
-    share = axes.secondary_yaxis("right", functions=(lambda n: 100 * n / total, lambda p: p * total / 100))
+    percent = 100 / total
+    share = axes.secondary_yaxis("right", functions=(partial(np.multiply, percent), partial(np.multiply, 1 / percent)))
     share.set_ylabel(f"share of {runs[0].denominator} cells (%)")
     figure.legend(loc="outside lower center", ncols=5)
     return figure

@@ -36,7 +36,12 @@ class Run:
 
     @property
     def env(self) -> str:
-        return self.config["env"]["name"]
+        """The scene's name; of a ROS map the file's, or its folder's where that is just map.yaml."""
+        settings = self.config["env"]
+        if not settings.get("map"):
+            return settings["name"]
+        path = Path(settings["map"])
+        return path.parent.resolve().name if path.stem == "map" else path.stem
 
     @property
     def agent(self) -> str:

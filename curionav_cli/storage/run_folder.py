@@ -89,7 +89,7 @@ class RunFolder:
 
     def episode_paths(self) -> list[Path]:
         """The episodes in order, up to the first that is missing."""
-        paths = []
+        paths: list[Path] = []
         while (path := self.episode_path(len(paths))).exists():
             paths.append(path)
         return paths
