@@ -31,9 +31,11 @@ def show(folder: Path, folders: Sequence[Path]) -> None:
 
 def show_run(folder: Path, console: Console) -> None:
     """The end of one run."""
-    print_table([Run.open(folder).row()], console)
+    row = Run.open(folder).row()
+    print_table([row], console)
     print_files(console, folder, ("figures/heatmap.png", "figures/coverage.png", "table.md", "episodes"))
-    print_next(console, [f"curionav resume {folder} loop.episodes=50   (the same run, longer)",
+    on = f"curionav resume {folder}"
+    print_next(console, [f"{on} loop.episodes=50   (the same run, longer)" if row["state"] == "done" else on,
                          "curionav explore -m agent=lbs_dreamer,random,bounce seed=0,1,2,3,4",
                          "curionav explore --help   (every setting)"])
 

@@ -1,0 +1,57 @@
+"""The live line and the plain one, without a terminal and without waiting."""
+
+from __future__ import annotations
+
+import io
+
+import pytest
+from rich.console import Console
+
+from curionav_cli.commands import progress
+from curionav_cli.config.schema import Loop
+
+
+@pytest.fixture
+def clock(monkeypatch: pytest.MonkeyPatch) -> list[float]:
+    """A clock that stands at clock[0] seconds."""
+    now = [0.0]
+    monkeypatch.setattr(progress.time, "perf_counter", lambda: now[0])
+    return now
+
+
+def test_a_plain_line_tells_speed_coverage_and_time_left(clock: list[float], capsys: pytest.CaptureFixture[str]) -> None:
+    report = progress.PlainReport("random seed 0", Loop(500, 100, 10), first=4)
+    clock[0] = 2.0
+    report.acted(500)
+    clock[0] = 60.0
+    report.lived(0.25, 25, 100)
+    assert capsys.readouterr().out == (
+        "random seed 0: episode 5/10, 2500 steps, 250 steps/s, coverage 25.0% (25/100), 5 min 00 s left\n")
+
+
+def test_hours_are_told_as_hours(clock: list[float]) -> None:
+    report = progress.PlainReport("random seed 0", Loop(500, 100, 101), first=0)
+    clock[0] = 120.0
+    report.lived(0.1, 1, 10)
+    assert report.left() == "3 h 20 min"
+
+
+def test_the_live_line_fits_eighty_columns_and_has_no_colour_if_none_is_wanted(
+        clock: list[float], monkeypatch: pytest.MonkeyPatch) -> None:
+    screen = io.StringIO()
+    monkeypatch.setattr(progress, "Console", lambda: Console(file=screen, force_terminal=True, width=80))
+    report = progress.LiveReport("lbs_dreamer seed 0", Loop(500, 100, 20), first=0)
+    clock[0] = 1.0
+    report.acted(250)
+    report.learned(40)
+    report.lived(0.5, 50, 100)
+    report.close()
+    lines = [line for line in screen.getvalue().splitlines() if "lbs_dreamer" in line]
+    assert "coverage 50.0%" in lines[-1] and "steps/s" in lines[-1] and "left" in lines[-1]
+    assert "\x1b[3" not in screen.getvalue()  # no colour: the tests run with NO_COLOR
+
+
+def test_jobs_that_run_beside_each_other_print_plain_lines(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(progress.sys.stdout, "isatty", lambda: True, raising=False)
+    monkeypatch.setattr(progress.multiprocessing, "parent_process", lambda: object())
+    assert type(progress.report("x", Loop(1, 1, 1), 0)) is progress.PlainReport
