@@ -9,7 +9,7 @@ import numpy as np
 
 from curionav_cli.errors import SceneError
 from curionav_cli.world.boxes import EAST, FIXED, NORTH, SOUTH, WEST, Box
-from curionav_cli.world.furniture import KINDS, turned
+from curionav_cli.world.furniture import KINDS, faces, turned
 from curionav_cli.world.ground import Rug
 from curionav_cli.world.scene_format import Furniture, Poster, Room, Wall
 
@@ -123,9 +123,9 @@ def furniture(spec: Furniture, item: int = FIXED) -> list[Box]:
     boxes = []
     for part in KINDS[spec.kind].parts(spec.w, spec.d, spec.h, spec.material):
         x0, x1, y0, y1 = np.round(turned(part, spec.w, spec.d, spec.turn), 9).tolist()
+        sides, top = faces(part[6], spec.turn)
         boxes.append(Box((spec.x + x0, spec.y + y0, spec.z + part[4]),
-                         (spec.x + x1, spec.y + y1, spec.z + part[5]),
-                         (part[6],) * 4, part[6], fit=part[7], item=item))
+                         (spec.x + x1, spec.y + y1, spec.z + part[5]), sides, top, fit=part[7], item=item))
     return boxes
 
 

@@ -6,11 +6,13 @@ import zlib
 
 import numpy as np
 
+from curionav_cli.world.artwork import ARTWORK
 from curionav_cli.world.fitted import FITTED
 from curionav_cli.world.surface import COLOURS, SIZE, TILED
 
 __all__ = ["COLOURS", "PATTERNS", "SIZE", "exists", "picture"]
-PATTERNS = {**TILED, **FITTED}
+STRETCHED = {**FITTED, **ARTWORK}
+PATTERNS = {**TILED, **STRETCHED}
 
 
 def picture(name: str) -> np.ndarray:
@@ -23,4 +25,4 @@ def picture(name: str) -> np.ndarray:
 
 def exists(name: str) -> bool:
     pattern, _, variant = name.partition("_")
-    return pattern in FITTED or (pattern in TILED and variant in COLOURS)
+    return pattern in STRETCHED or (pattern in TILED and variant in COLOURS)

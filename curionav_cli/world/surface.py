@@ -48,6 +48,37 @@ def stripe(colour: np.ndarray, rng: np.random.Generator) -> np.ndarray:
     return wall
 
 
+def wallpaper(colour: np.ndarray, rng: np.random.Generator) -> np.ndarray:
+    """Rows of small flowers over a skirting board."""
+    wall = plaster(colour, rng)
+    v, u = V % 16, (U + 8 * (V // 16 % 2)) % 16
+    flower = np.hypot(v - 8, u - 8)
+    wall[6:][(flower < 4)[6:]] = np.minimum(1.22 * colour, 250)
+    wall[6:][(flower < 1.8)[6:]] = 0.62 * colour
+    return wall
+
+
+def wainscot(colour: np.ndarray, rng: np.random.Generator) -> np.ndarray:
+    """Panels of white wood up to 1 m, paint above."""
+    wall = plaster(colour, rng)
+    low = shaded(np.array(COLOURS["white"], np.float64), 0.015 * noise(rng, 1.0, 9.0))
+    groove = (U % 32 < 2) | ((V < 10) & (V > 7)) | ((V > 40) & (V < 43))
+    low[groove] *= 0.78
+    wall[6:50] = low[6:50]
+    wall[47:50] = 0.9 * np.array(COLOURS["white"])
+    return wall
+
+
+def metro(colour: np.ndarray, rng: np.random.Generator) -> np.ndarray:
+    """Glazed tiles up to 2 m, laid like bricks."""
+    wall = plaster(np.array(COLOURS["white"], np.float64), rng)
+    along = (U + 8 * (V // 8 % 2)) % 16
+    glazed = shaded(colour, 0.05 * rng.normal(size=(16, 16))[V // 8, (U + 8 * (V // 8 % 2)) // 16 % 16])
+    glazed[(V % 8 == 0) | (along == 0)] = 0.7 * colour
+    wall[:104] = glazed[:104]
+    return wall
+
+
 def brick(colour: np.ndarray, rng: np.random.Generator) -> np.ndarray:
     """Bricks of 24 x 8 texels... stretched to tile: 16 courses, 8 bricks each."""
     course = V // 8
@@ -132,5 +163,6 @@ def metal(colour: np.ndarray, rng: np.random.Generator) -> np.ndarray:
 
 TILED: dict[str, Callable[[np.ndarray, np.random.Generator], np.ndarray]] = {
     function.__name__: function for function in (
-        plaster, stripe, brick, panel, concrete, planks, parquet, tiles, carpet, rug, wood, fabric, metal)
+        plaster, stripe, wallpaper, wainscot, metro, brick, panel, concrete, planks, parquet, tiles, carpet,
+        rug, wood, fabric, metal)
 }
