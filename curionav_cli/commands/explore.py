@@ -43,18 +43,20 @@ def explore(settings: Config, folder: Path) -> RunFolder:
     world = build.scene(settings)
     run, plan = RunFolder(folder), world.plan
     fixed = fixed_settings(config, plan)
-    begun = run.config.is_file()
-    found = checkpoint.newest(run.checkpoints, fixed) if begun else None
-    if begun and run.status.get("state") == "done" and found and found[0] >= settings.loop.episodes:
+    begun, found = run.config.is_file(), None
+    if begun:
+        checkpoint.refuse_changes(folder, fixed_settings(run.config.read_text(), run.plan), fixed)
+        found = checkpoint.newest(run.checkpoints, fixed)
+    if found and found[0] >= settings.loop.episodes and run.status.get("state") == "done":
         return run
     agent = build.agent(settings, plan)
     try:
         if begun:
             go_on(run, agent, found)
+            run.write("config.yaml", config)  # it may have become longer
         else:
             run.create(config, provenance.about(folder, settings.device.value, settings.seed), plan)
         first = found[0] if found else 0
-        run.set_status(state="running", error=None, episodes=settings.loop.episodes)
         label = f"{settings.agent.name} seed {settings.seed}"
         show = report(label, settings.loop, first)
         try:
@@ -76,6 +78,7 @@ def live_run(settings: Config, run: RunFolder, world: Any, agent: Agent, fixed: 
     """From episode `first` to the last."""
     coverage = cover(run.plan, run.poses())
     recorder = Recorder(run, agent, coverage, fixed, show)
+    run.set_status(state="running", error=None, episode=first, episodes=settings.loop.episodes, **recorder.counts())
     replay = Replay.open(run.episode_paths()) if agent.learns else Replay()
     learn = LearnHere(agent, replay, settings.loop.iterations, recorder, run.save_episode)
     live(build.env(settings, world), agent, learn, episodes=settings.loop.episodes, steps=settings.loop.steps,

@@ -20,6 +20,11 @@ class Recorder:
         self.run, self.agent, self.coverage = run, agent, coverage
         self.fixed, self.report = fixed, report
 
+    def counts(self) -> dict[str, float]:
+        """What the run has covered so far."""
+        return {"steps": self.coverage.steps, "visited": self.coverage.visited,
+                "visitable": self.coverage.total, "coverage": self.coverage.share}
+
     def acted(self, step: int) -> None:
         self.report.acted(step)
 
@@ -28,8 +33,7 @@ class Recorder:
 
     def lived(self, index: int, episode: Episode, metrics: dict[str, float]) -> None:
         cells = self.coverage.add(episode.pose)
-        counts = {"steps": self.coverage.steps, "visited": self.coverage.visited,
-                  "visitable": self.coverage.total, "coverage": self.coverage.share}
+        counts = self.counts()
         self.run.append_metrics({"episode": index, **counts, "cells_in_episode": cells, **habits(episode), **metrics})
         checkpoint.save(self.run.checkpoints, index + 1, self.fixed, self.agent.save)
         self.run.set_status(episode=index + 1, **counts)

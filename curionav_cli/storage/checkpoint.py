@@ -60,13 +60,16 @@ def newest(root: Path, settings: dict[str, Any]) -> tuple[int, Path] | None:
     folders = finished(root)
     if not folders:
         return None
-    saved = json.loads((folders[-1] / "settings.json").read_text())
-    changed = differences(saved, json.loads(json.dumps(settings)))
-    if changed:
-        raise RunFolderError(
-            f"{root.parent} cannot go on with other settings: {changed[0]}. "
-            "Put it back, or start a new run in another folder.")
+    refuse_changes(root.parent, json.loads((folders[-1] / "settings.json").read_text()), settings)
     return int(folders[-1].name), folders[-1]
+
+
+def refuse_changes(run: Path, was: dict[str, Any], now: dict[str, Any]) -> None:
+    """Raises RunFolderError that names the first setting that differs."""
+    changed = differences(was, json.loads(json.dumps(now)))
+    if changed:
+        raise RunFolderError(f"{run} cannot go on with other settings: {changed[0]}. "
+                             "Put it back, or start a new run in another folder.")
 
 
 def differences(was: Any, now: Any, key: str = "") -> list[str]:

@@ -111,6 +111,34 @@ def test_a_folder_goes_on_only_with_the_run_that_is_in_it(cli: Cli, tmp_path: Pa
     assert longer.code == 0 and len(metrics(tmp_path / "run")) == 4
 
 
+def test_a_run_without_a_checkpoint_keeps_its_settings_too(
+        cli: Cli, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def stop(recorder: Recorder, step: int) -> None:
+        raise KeyboardInterrupt
+    with monkeypatch.context() as patched:
+        patched.setattr(Recorder, "acted", stop)
+        assert cli("explore", *SHORT, "agent=random", "hydra.run.dir=run").code == 130
+    assert status(tmp_path / "run") | {"error": None} == {
+        "state": "interrupted", "error": None, "episode": 0, "episodes": 3, "steps": 0, "visited": 0,
+        "visitable": 449, "coverage": 0.0}
+    refused = cli("explore", *SHORT, "agent=random", "seed=3", "hydra.run.dir=run")
+    assert refused.code == 2 and "seed was 0, now 3" in refused.error
+
+
+def test_a_longer_run_that_is_killed_stays_longer(
+        cli: Cli, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    assert cli("explore", *SHORT, "agent=random", "hydra.run.dir=run").code == 0
+
+    def stop(recorder: Recorder, step: int) -> None:
+        if recorder.coverage.steps == 120:
+            raise KeyboardInterrupt
+    with monkeypatch.context() as patched:
+        patched.setattr(Recorder, "acted", stop)
+        assert cli("resume", "run", "loop.episodes=6").code == 130
+    assert cli("resume", "run").code == 0
+    assert len(metrics(tmp_path / "run")) == 6 and status(tmp_path / "run")["state"] == "done"
+
+
 def test_resume_changes_only_the_number_of_episodes(cli: Cli, tmp_path: Path) -> None:
     assert cli("explore", *SHORT, "agent=random", "hydra.run.dir=run").code == 0
     assert cli("resume", "run", "loop.episodes=5").code == 0
