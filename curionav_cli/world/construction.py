@@ -150,7 +150,7 @@ def _reach(env: Env, lists: Lists, site: Site, items: tuple[Item, ...],
     """
     furniture = lists.furniture
     visitable, start = _visitable(env, lists, furniture, site, items, source)
-    if lists.tune is None or env.visitable is None or not _promise_applies(env):
+    if lists.tune is None or not _promise_applies(env):
         return furniture, visitable, start
     if lists.tune.piece not in {piece.name for piece in furniture} or lists.tune.axis not in ("w", "d"):
         raise SceneError(f"{source}: tune needs piece: the name of a piece of furniture, and axis: w or d.")
@@ -215,17 +215,18 @@ def _cell_of(pose: Pose, cell: float) -> tuple[int, int]:
 
 
 def _promise_applies(env: Env) -> bool:
-    """A promise is made for one radius; env.radius=0.2 asks for another world."""
-    return env.visitable_radius is None or env.visitable_radius == env.radius
+    """A promise is made for one radius, and with everything movable carried out."""
+    still = bool(env.moves) and not env.changes
+    return env.visitable is not None and env.visitable_radius in (None, env.radius) and not still
 
 
 def _keep_promise(env: Env, visitable: np.ndarray, source: str) -> None:
     if not _promise_applies(env):
         return
     count = int(visitable.sum())
-    if env.visitable is not None and count != env.visitable:
+    if count != env.visitable:
         raise SceneError(f"{source}: promises visitable: {env.visitable} cells and has {count}. "
-                         "Mend the scene, or the number.")
+                         "Mend the scene, or ask for no promise: env.visitable=null")
     if env.visitable_sha256 is not None and fingerprint(visitable) != env.visitable_sha256:
         raise SceneError(f"{source}: its visitable cells are not those of visitable_sha256; "
                          f"theirs is {fingerprint(visitable)}.")

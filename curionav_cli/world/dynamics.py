@@ -36,10 +36,10 @@ def brightness(light: Light, episode: int, seed: int) -> float:
 
 def place(item: Item, move: Move, number: int, episode: int, seed: int) -> tuple[float, float]:
     """Where a thing stands in this episode: at home at first, then wherever each period puts it."""
-    period = episode // move.every
     places = [item.home, *((x, y) for x, y in move.to)]
+    periods = episode // move.every
+    draws = np.random.default_rng([seed, MOVE_STREAM, number]).integers(0, len(places) - 1, periods)
     at = 0
-    for turn in range(1, period + 1):
-        draw = np.random.default_rng([seed, MOVE_STREAM, number, turn]).integers(0, len(places) - 1)
-        at = int(draw) + (int(draw) >= at)  # any place but the one it stands in
+    for draw in draws.tolist():
+        at = draw + (draw >= at)  # any place but the one it stands in
     return places[at]

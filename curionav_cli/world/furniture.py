@@ -15,7 +15,7 @@ Part = tuple[float, float, float, float, float, float, str, bool]
 LEG = 0.05
 BODIES = {  # patterns that are a front, and what the rest of the piece is made of
     "books": "wood_oak", "doors": "wood_pale", "drawers": "wood_oak", "kitchen": "wood_white",
-    "fridge": "metal_white", "stove": "metal_white", "washer": "metal_white", "screen": "metal_black",
+    "fridge": "ceramic", "stove": "ceramic", "washer": "ceramic", "screen": "metal_black",
     "piano": "wood_dark", "goods": "metal", "radiator": "plaster_white", "aquarium": "metal_black",
 }
 BOTH_SIDES = ("goods", "aquarium")  # seen from the back as from the front
@@ -26,7 +26,8 @@ def faces(material: str, turn: int) -> tuple[tuple[str, str, str, str], str]:
     pattern, _, variant = material.partition("_")
     if pattern not in BODIES:
         return (material,) * 4, material
-    body = f"wood_{variant}" if BODIES[pattern].startswith("wood") and variant in COLOURS else BODIES[pattern]
+    painted = BODIES[pattern].startswith("wood") and variant and variant in COLOURS
+    body = f"wood_{variant}" if painted else BODIES[pattern]
     around = [material, body, material if pattern in BOTH_SIDES else body, body]  # south, then anticlockwise
     quarter = turn // 90
     south, east, north, west = around[-quarter:] + around[:-quarter] if quarter else around
@@ -84,8 +85,7 @@ def pedestal(w: float, d: float, h: float, material: str) -> list[Part]:
 def seat(w: float, d: float, h: float, material: str) -> list[Part]:
     """A chair on one foot: fewer boxes than a chair on four legs."""
     x, y, sit = 0.5 * w, 0.5 * d, 0.52 * h
-    return [(0.15 * w, 0.85 * w, 0.15 * d, 0.85 * d, 0, 0.05, "metal", False),
-            (x - 0.04, x + 0.04, y - 0.04, y + 0.04, 0.05, sit - 0.08, "metal", False),
+    return [(x - 0.05, x + 0.05, y - 0.05, y + 0.05, 0, sit - 0.08, "metal", False),
             (0, w, 0, d, sit - 0.08, sit, material, True),
             (0.03, w - 0.03, d - 0.06, d, sit + 0.08, h, material, True)]
 

@@ -36,17 +36,27 @@ def shell(size: tuple[float, float], height: float, rooms: tuple[Room, ...]) -> 
 
 def _shell_along(axis: int, size: tuple[float, float], height: float, rooms: tuple[Room, ...]) -> list[Box]:
     length, across = size[axis], size[1 - axis]
-    cuts = sorted({0.0, length} | {min(max(room.rect[i], 0.0), length) for room in rooms
-                                   for i in (axis, axis + 2)})
     boxes = []
-    for start, end in pairwise(cuts):
-        for low, high, inner in ((-SHELL, 0.0, 1e-6), (across, across + SHELL, across - 1e-6)):
-            middle = (0.5 * (start + end), inner)
-            material = room_at(rooms, *_xy(axis, *middle)).wall
+    for low, high, inner in ((-SHELL, 0.0, 1e-6), (across, across + SHELL, across - 1e-6)):
+        for start, end, material in _stretches(axis, length, inner, rooms):
             first = _xy(axis, start - SHELL * (start == 0.0) * axis, low)
             last = _xy(axis, end + SHELL * (end == length) * axis, high)
             boxes.append(Box((*first, 0.0), (*last, height), (material,) * 4, material))
     return boxes
+
+
+def _stretches(axis: int, length: float, inner: float,
+               rooms: tuple[Room, ...]) -> list[tuple[float, float, str]]:
+    """(start, end, material) along a side whose rooms are seen at `inner` across it."""
+    cuts = sorted({0.0, length} | {min(max(room.rect[i], 0.0), length) for room in rooms
+                                   for i in (axis, axis + 2)})
+    found: list[tuple[float, float, str]] = []
+    for start, end in pairwise(cuts):
+        material = room_at(rooms, *_xy(axis, 0.5 * (start + end), inner)).wall
+        if found and found[-1][2] == material:
+            start = found.pop()[0]
+        found.append((start, end, material))
+    return found
 
 
 def wall(spec: Wall, height: float, rooms: tuple[Room, ...], source: str, where: str) -> list[Box]:

@@ -6,6 +6,10 @@ from typing import Any
 
 SCENES = {
     "curionav/SmallRoom-v0": "small_room",
+    "curionav/Apartment0-v0": "apartment_0",
+    "curionav/Apartment1-v0": "apartment_1",
+    "curionav/Apartment2-v0": "apartment_2",
+    "curionav/LargeLab-v0": "large_lab",
     "curionav/Map-v0": "map",
 }
 

@@ -9,7 +9,9 @@ from pathlib import Path
 
 import cv2
 import numpy as np
+from scipy import ndimage
 
+from curionav_cli.records import FloorPlan
 from curionav_cli.world.motion import COS, SIN
 from curionav_cli.world.pattern import picture
 from curionav_cli.world.render import FAR, Renderer
@@ -17,6 +19,7 @@ from curionav_cli.world.scene import Scene
 from curionav_cli.world.texture import floor_picture
 
 ROWS, COLUMNS, SCALE, GAP = 4, 6, 2, 6
+DOOR, AIR = 1.8, 0.25  # metres: walls that begin higher are lintels; air around a place to look from
 PAPER, INK, SHADE = (250, 249, 246), (40, 42, 46), (214, 60, 48)
 
 
@@ -61,15 +64,25 @@ def _from_above(scene: Scene) -> tuple[np.ndarray, float]:
                    for n, most in zip(image.shape[:2], scene.plan.floor.shape))
     image[~scene.plan.floor[np.ix_(row, column)]] = INK
     boxes = scene.boxes
-    for box in np.argsort(boxes.high[:, 2], kind="stable"):
-        if boxes.decal[box]:
+    closed = boxes.high[:, 2] >= scene.height
+    lintel = closed & (boxes.low[:, 2] >= DOOR)
+    for box in np.lexsort((boxes.high[:, 2], closed)):
+        if boxes.decal[box] or lintel[box]:
             continue
-        c0, r0 = np.floor(boxes.low[box, :2] / texel).astype(int).clip(0)
-        c1, r1 = np.ceil(boxes.high[box, :2] / texel).astype(int).clip(0)
-        closed = boxes.high[box, 2] >= scene.height
-        colour = np.array(INK) if closed else picture(boxes.materials[boxes.top[box]]).mean(axis=(0, 1))
-        image[r0:r1, c0:c1] = colour
+        corners = np.stack([boxes.low[box, :2], boxes.high[box, :2]])
+        (c0, c1), (r0, r1) = np.rint(corners / texel).astype(int).clip(0).T
+        part = image[r0:r1, c0:c1]
+        part[:] = INK if closed[box] else _top(picture(boxes.materials[boxes.top[box]]), part.shape[:2])
     return image, texel
+
+
+def _top(material: np.ndarray, shape: tuple[int, int]) -> np.ndarray:
+    """A material stretched over (rows, columns), its edges dark."""
+    row, column = (np.arange(n) * len(material) // max(n, 1) for n in shape)
+    image = material[np.ix_(row, column)] * 0.92
+    for edge in (image[:1], image[-1:], image[:, :1], image[:, -1:]):
+        edge *= 0.6
+    return image
 
 
 def _crop(scene: Scene, drawn: tuple[np.ndarray, float]) -> tuple[np.ndarray, float, tuple[float, float]]:
@@ -86,9 +99,9 @@ def _crop(scene: Scene, drawn: tuple[np.ndarray, float]) -> tuple[np.ndarray, fl
 
 
 def _spots(scene: Scene, renderer: Renderer, count: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Poses spread over the visitable cells, each looking the way where most is to be seen."""
+    """Poses spread over the visitable cells, each looking where there is much to be seen."""
     plan = scene.plan
-    rows, columns = np.nonzero(plan.visitable)
+    rows, columns = np.nonzero(_roomy(plan))
     x, y = (columns + 0.5) * plan.cell, (rows + 0.5) * plan.cell
     chosen = [int(np.argmin(np.hypot(x - plan.start.x, y - plan.start.y)))]
     away = np.full(len(x), np.inf)
@@ -96,9 +109,16 @@ def _spots(scene: Scene, renderer: Renderer, count: int) -> tuple[np.ndarray, np
         away = np.minimum(away, np.hypot(x - x[chosen[-1]], y - y[chosen[-1]]))
         chosen.append(int(away.argmax()))
     headings = np.arange(0, 36, 3)
-    _, depth = renderer.render(np.repeat(x[chosen], 12), np.repeat(y[chosen], 12), np.tile(headings, count))
-    seen = depth.mean(axis=(1, 2)).reshape(count, 12)
-    return x[chosen], y[chosen], headings[seen.argmax(axis=1)]
+    rgb, depth = renderer.render(np.repeat(x[chosen], 12), np.repeat(y[chosen], 12), np.tile(headings, count))
+    near, far = depth.min(axis=(1, 2)), depth.mean(axis=(1, 2))
+    worth = np.sqrt(far) * rgb.std(axis=(1, 2)).mean(axis=1) * (near > 0.3)
+    return x[chosen], y[chosen], headings[worth.reshape(count, 12).argmax(axis=1)]
+
+
+def _roomy(plan: FloorPlan) -> np.ndarray:
+    """The visitable cells with some air around them; all of them in a scene without such."""
+    away = ndimage.distance_transform_edt(np.pad(plan.visitable, 1))[1:-1, 1:-1] * plan.cell
+    return (away > AIR) if (away > AIR).sum() > 50 else plan.visitable
 
 
 def _depth_colours(depth: np.ndarray) -> np.ndarray:

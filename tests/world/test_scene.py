@@ -82,7 +82,7 @@ def test_a_robot_lower_than_the_table_drives_under_it(small) -> None:
     ({"start": [9.0, 9.0, 0]}, "The nearest free spot is"),
     ({"start": [0.5, 0.5, 45]}, "degrees a multiple of 10"),
     ({"visitable": 12345}, "promises visitable: 12345 cells and has 3"),
-    ({"visitable_sha256": "00"}, "not those of visitable_sha256"),
+    ({"visitable": 321, "visitable_sha256": "00"}, "not those of visitable_sha256"),
     ({"radius": -1}, "radius must be a number from 0 to 5"),
     ({"radius": 2.0}, "fits nowhere"),
     ({"cell": None}, "needs the side of its coverage cells"),
