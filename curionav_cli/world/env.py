@@ -26,7 +26,7 @@ class NavigationEnv(gymnasium.Env[Any, Any]):
 
     metadata = {"render_modes": ["rgb_array"], "render_fps": 10}  # noqa: RUF012 as gymnasium declares it
 
-    def __init__(self, scene: Scene, render_mode: str | None = None):
+    def __init__(self, scene: Scene, render_mode: str | None = None, engine: str = "numpy"):
         self.scene = scene
         self.render_mode = render_mode
         self.action_space = spaces.Discrete(3)
@@ -34,9 +34,14 @@ class NavigationEnv(gymnasium.Env[Any, Any]):
             "image": spaces.Box(0, 255, (SIDE, SIDE, 3), np.uint8),
             "depth": spaces.Box(0.0, FAR, (SIDE, SIDE), np.float32),
         })
-        self._renderer = Renderer(scene)
+        self._renderer = Renderer(scene, engine)
         self._life = 0
         self._episode = -1
+
+    @property
+    def engine(self) -> str:
+        """What draws the pictures: numpy or numba."""
+        return self._renderer.engine
 
     @property
     def now(self) -> Scene:

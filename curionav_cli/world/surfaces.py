@@ -1,12 +1,12 @@
-"""What the renderer knows about each box before it sees it: z slabs and texture addresses, per row.
+"""What the engines know about each box before they see it: z slabs and texture addresses, per row.
 
-Rows of every table: the boxes, then FAR_BOX (the haze behind everything), EMPTY (never hit) and PLANE
-(floor below the horizon, ceiling above it).
+Rows of every table: the closed boxes (floor to ceiling, one sees neither over nor under them), the open
+ones, then FAR_BOX (the haze behind everything), EMPTY (never hit) and PLANE (floor and ceiling).
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields, replace
 
 import numpy as np
 
@@ -23,11 +23,10 @@ NOWHERE = 1e9
 
 @dataclass(frozen=True)
 class Surfaces:
-    """K boxes and three more rows; R image rows. All flat tables are indexed by box * R + row."""
+    """K boxes and three more rows; R image rows. Flat tables are indexed by box * R + row or box * 4 + face."""
 
-    low: np.ndarray  # (K + 3, 2) float64, x and y
-    high: np.ndarray
-    open: np.ndarray  # (K + 3,) uint32: the sign bit where one may see over or under the box
+    walls: int  # how many boxes are closed
+    bounds: np.ndarray  # (2, 2, K + 3) float64: low and high, x and y, box
     near: np.ndarray  # (K + 3, R) float32: depth at which row r enters the box's heights
     far: np.ndarray
     address: np.ndarray  # flat int32: texel of the horizontal face that row r meets
@@ -40,28 +39,33 @@ class Surfaces:
     side_base: np.ndarray  # flat int32, index box * 4 + face
     side_along: np.ndarray  # flat float32: texels a metre along the wall, negative where it runs backwards
     side_shift: np.ndarray
-    side_up: np.ndarray  # texels a metre upwards, and the texel at z = 0
+    side_up: np.ndarray  # texels a metre upwards, and the texel at the camera's height
     side_foot: np.ndarray
+    side_mip: np.ndarray  # twice the texels that a pixel covers one metre away, face on
     side_light: np.ndarray
 
     @property
     def boxes(self) -> int:
-        return len(self.low) - 3
+        return len(self.near) - 3
 
 
 def build_surfaces(boxes: Boxes, atlas: Atlas, height: float, camera: float, slope: np.ndarray,
                    pixel: float) -> Surfaces:
     """slope (R,): rise of each row's rays a metre of depth; pixel: width of one at depth 1."""
+    closed = (boxes.low[:, 2] <= 0.0) & (boxes.high[:, 2] >= height) & ~boxes.decal
+    boxes = _ordered(boxes, np.argsort(~closed, kind="stable"))
     near, far = _heights(boxes, height, camera, slope)
-    bottom, top = boxes.low[:, 2], boxes.high[:, 2]
-    closed = (bottom <= 0.0) & (top >= height) & ~boxes.decal
-    sign = np.where(closed, 0, 1 << 31).astype(np.uint32)
-    blank = np.full((3, 2), NOWHERE)
-    blank[2] = 0.0
+    blank = np.full((2, 2, 3), NOWHERE)
     return Surfaces(
-        low=np.concatenate([boxes.low[:, :2], blank]), high=np.concatenate([boxes.high[:, :2], blank]),
-        open=np.append(sign, np.array([0, 1 << 31, 1 << 31], np.uint32)), near=near, far=far,
-        **_horizontal(boxes, atlas, near, slope, pixel), **_vertical(boxes, atlas))
+        walls=int(closed.sum()),
+        bounds=np.concatenate([np.stack([boxes.low[:, :2].T, boxes.high[:, :2].T]), blank], axis=2),
+        near=near, far=far, **_horizontal(boxes, atlas, near, slope, pixel),
+        **_vertical(boxes, atlas, camera, pixel))
+
+
+def _ordered(boxes: Boxes, order: np.ndarray) -> Boxes:
+    columns = (field.name for field in fields(boxes) if field.name != "materials")
+    return replace(boxes, **{name: getattr(boxes, name)[order] for name in columns})
 
 
 def _heights(boxes: Boxes, height: float, camera: float, slope: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -112,7 +116,7 @@ def _plane(atlas: Atlas, depth: np.ndarray, slope: np.ndarray, pixel: float) -> 
             "y_shift": none, "light": np.where(down, FLOOR_LIGHT, CEILING_LIGHT)}
 
 
-def _vertical(boxes: Boxes, atlas: Atlas) -> dict[str, np.ndarray]:
+def _vertical(boxes: Boxes, atlas: Atlas, camera: float, pixel: float) -> dict[str, np.ndarray]:
     """u runs to the viewer's right on every face, v upwards."""
     count = len(boxes)
     along, shift = np.zeros((count + 3, 4)), np.zeros((count + 3, 4))
@@ -129,6 +133,7 @@ def _vertical(boxes: Boxes, atlas: Atlas) -> dict[str, np.ndarray]:
     bottom, top = boxes.low[:, 2:], boxes.high[:, 2:]
     up[:count] = np.where(boxes.fit[:, None], STRETCH / (top - bottom), TEXEL)
     foot[:count] = np.where(boxes.fit[:, None], -bottom * up[:count], 0.0)
-    return {"side_base": base.astype(np.int32).ravel(), "side_along": along.astype(np.float32).ravel(),
-            "side_shift": shift.astype(np.float32).ravel(), "side_up": up.astype(np.float32).ravel(),
-            "side_foot": foot.astype(np.float32).ravel(), "side_light": light.astype(np.float32).ravel()}
+    tables = {"side_along": along, "side_shift": shift, "side_up": up, "side_foot": foot + camera * up,
+              "side_mip": 2.0 * pixel**2 * np.abs(along) * up, "side_light": light}
+    flat = {key: table.astype(np.float32).ravel() for key, table in tables.items()}
+    return {"side_base": base.astype(np.int32).ravel(), **flat}

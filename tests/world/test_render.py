@@ -12,7 +12,6 @@ import numpy as np
 import pytest
 
 from curionav_cli.world.boxes import Boxes
-from curionav_cli.world.culling import Culling
 from curionav_cli.world.motion import COS, SIN, YAW
 from curionav_cli.world.render import FAR, SIDE, Renderer
 from curionav_cli.world.scene import Scene
@@ -173,9 +172,8 @@ def test_same_bytes_in_another_process_with_more_threads() -> None:
 
 def test_the_wedge_keeps_every_box_that_is_seen(small_room: Scene, monkeypatch) -> None:
     monkeypatch.setattr("curionav_cli.world.culling.FEW", 0)
-    renderer = Renderer(small_room)
-    culling = Culling(renderer._surfaces, small_room.size, np.tan(np.radians(small_room.fov) / 2))
-    kept = culling(np.array([1.0]), np.array([2.0]), COS[[9]], SIN[[9]])[0]
-    behind = small_room.boxes.high[:, 1] < 2.0
-    assert not np.isin(np.flatnonzero(behind), kept).any() or not behind.any()
-    assert kept[-1] == len(small_room.boxes)
+    view = Renderer(small_room).view
+    among = view.culling(np.array([1.0]), np.array([2.0]), COS[[9]], SIN[[9]])
+    top = among.bounds[1, 1, 0]  # the northern edge of each box that is kept
+    assert (top > 2.0).all() and 0 < len(top) < len(small_room.boxes)
+    assert among.boxes[0, among.walls - 1] == len(small_room.boxes)
