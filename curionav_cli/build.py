@@ -11,7 +11,6 @@ from curionav_cli.agents.frontier import Frontier
 from curionav_cli.agents.wanderers import Bounce, Random, Sticky
 from curionav_cli.config.schema import Config
 from curionav_cli.errors import ConfigError
-from curionav_cli.records import FloorPlan
 from curionav_cli.world.env import NavigationEnv
 from curionav_cli.world.motion import HEADINGS
 from curionav_cli.world.scene import Scene
@@ -24,7 +23,7 @@ def scene(settings: Config) -> Scene:
 
 def env(settings: Config, world: Scene) -> NavigationEnv:
     """The world with a robot in it; robot=ideal respawns."""
-    return NavigationEnv(world)
+    return NavigationEnv(world, engine=settings.env.engine.value)
 
 
 def check(settings: Config) -> None:
@@ -35,26 +34,26 @@ def check(settings: Config) -> None:
                           f"steps. Set loop.steps={length - 1} or more, or a shorter agent.sequence_length.")
 
 
-def agent(settings: Config, plan: FloorPlan) -> Agent:
+def agent(settings: Config, world: Scene) -> Agent:
     """Who lives in it."""
-    return AGENTS[settings.agent.name](settings, plan)
+    return AGENTS[settings.agent.name](settings, world)
 
 
-def bounce(settings: Config, plan: FloorPlan) -> Agent:
+def bounce(settings: Config, world: Scene) -> Agent:
     degrees = 360 // HEADINGS
     return Bounce(settings.seed, int(settings.agent.min_turn // degrees), int(settings.agent.max_turn // degrees))
 
 
-def lbs_dreamer(settings: Config, plan: FloorPlan) -> Agent:
+def lbs_dreamer(settings: Config, world: Scene) -> Agent:
     from curionav_cli.agents.lbs_dreamer.agent import LBSDreamer  # torch is loaded for those who learn
 
     return LBSDreamer(settings.agent, settings.seed, settings.device.value)
 
 
-AGENTS: dict[str, Callable[[Config, FloorPlan], Any]] = {
-    "random": lambda settings, plan: Random(settings.seed),
-    "sticky": lambda settings, plan: Sticky(settings.seed, settings.agent.repeat),
+AGENTS: dict[str, Callable[[Config, Scene], Any]] = {
+    "random": lambda settings, world: Random(settings.seed),
+    "sticky": lambda settings, world: Sticky(settings.seed, settings.agent.repeat),
     "bounce": bounce,
-    "frontier": lambda settings, plan: Frontier(settings.seed, plan),
+    "frontier": lambda settings, world: Frontier(settings.seed, world),
     "lbs_dreamer": lbs_dreamer,
 }

@@ -182,6 +182,13 @@ class Collision(Enum):
     slide = "slide"
 
 
+class Engine(Enum):
+    """What draws the pictures: numpy, always there, or numba, faster, from the extra `fast`."""
+
+    numpy = "numpy"
+    numba = "numba"
+
+
 @dataclass(frozen=True)
 class Env:
     """A scene in metres and degrees; world/scene_format.py explains the lists.
@@ -196,6 +203,7 @@ class Env:
     note: str = ""
     size: list[float] | None = None  # x and y of the inside
     map: str | None = None  # the YAML file of a ROS map
+    overlay: str | None = None  # a YAML file with what the map does not know: the lists below, start, dock
     unknown_grey: int | None = None  # the grey value that means unknown, whatever the thresholds say
     cell: float | None = None  # of the coverage grid; none: that of the map
     height: float = 2.5
@@ -209,6 +217,7 @@ class Env:
     visitable_sha256: str | None = None
     rooms: list[Any] = field(default_factory=list)
     walls: list[Any] = field(default_factory=list)
+    solids: list[Any] = field(default_factory=list)  # heights and materials of what a map shows as occupied
     posters: list[Any] = field(default_factory=list)
     lamps: list[Any] = field(default_factory=list)
     furniture: list[Any] = field(default_factory=list)
@@ -216,6 +225,7 @@ class Env:
     tune: dict[str, Any] = field(default_factory=dict)
     light: dict[str, Any] = field(default_factory=dict)
     moves: list[Any] = field(default_factory=list)
+    engine: Engine = Engine.numpy
     changes: bool = True  # false: neither light nor moves, whatever stands there
 
 

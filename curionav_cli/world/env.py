@@ -13,6 +13,11 @@ from curionav_cli.world.render import FAR, SIDE, Renderer
 from curionav_cli.world.scene import Scene
 
 Observation = dict[str, np.ndarray]
+ACTIONS = spaces.Discrete(3)
+OBSERVATIONS = spaces.Dict({
+    "image": spaces.Box(0, 255, (SIDE, SIDE, 3), np.uint8),
+    "depth": spaces.Box(0.0, FAR, (SIDE, SIDE), np.float32),
+})
 
 
 class NavigationEnv(gymnasium.Env[Any, Any]):
@@ -29,11 +34,7 @@ class NavigationEnv(gymnasium.Env[Any, Any]):
     def __init__(self, scene: Scene, render_mode: str | None = None, engine: str = "numpy"):
         self.scene = scene
         self.render_mode = render_mode
-        self.action_space = spaces.Discrete(3)
-        self.observation_space = spaces.Dict({
-            "image": spaces.Box(0, 255, (SIDE, SIDE, 3), np.uint8),
-            "depth": spaces.Box(0.0, FAR, (SIDE, SIDE), np.float32),
-        })
+        self.action_space, self.observation_space = spaces.Discrete(3), spaces.Dict(OBSERVATIONS.spaces)
         self._renderer = Renderer(scene, engine)
         self._life = 0
         self._episode = -1
@@ -77,6 +78,16 @@ class NavigationEnv(gymnasium.Env[Any, Any]):
     def render(self) -> np.ndarray:
         """The camera image of the current pose, (64, 64, 3) uint8."""
         return self._observe()["image"]
+
+    def look(self, x, y, yaw) -> Observation:
+        """What the camera would see from other poses, (n,) each: image (n, 64, 64, 3), depth (n, 64, 64)."""
+        image, depth = self._renderer.look(x, y, yaw)
+        return {"image": image, "depth": depth}
+
+    def panorama(self, views: int = 4) -> Observation:
+        """The view all around: image (views, 64, 64, 3), depth alike, the first as in the observation."""
+        image, depth = self._renderer.panorama(self._x, self._y, self._heading, views)
+        return {"image": image[0], "depth": depth[0]}
 
     def _observe(self) -> Observation:
         pose = (self._x, self._y, self._heading)

@@ -21,7 +21,8 @@ def register() -> None:
 
     for name, scene in SCENES.items():
         if name not in registry:
-            register_one(name, entry_point="curionav_cli.world.registration:make", kwargs={"scene": scene})
+            register_one(name, entry_point="curionav_cli.world.registration:make", kwargs={"scene": scene},
+                         vector_entry_point="curionav_cli.world.vector:make")
 
 
 def make(scene: str, render_mode: str | None = None, **settings: Any):
@@ -30,4 +31,5 @@ def make(scene: str, render_mode: str | None = None, **settings: Any):
     from curionav_cli.world.scene import Scene
     from curionav_cli.world.scene_file import plain
 
-    return NavigationEnv(Scene.from_dict(*plain(scene, **settings)), render_mode)
+    raw, source = plain(scene, **settings)
+    return NavigationEnv(Scene.from_dict(raw, source), render_mode, raw.get("engine", "numpy"))

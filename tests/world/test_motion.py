@@ -12,6 +12,7 @@ from curionav_cli.world.motion import (
     HEADINGS,
     SIN,
     STEP,
+    _share,
     forward,
     forward_clear,
     free_share,
@@ -117,3 +118,18 @@ def test_free_share_is_where_the_first_blocked_cell_begins() -> None:
     one = np.ones(1)
     share = free_share(visitable, 0.1, 0.25 * one, 0.05 * one, 0.25 * one, 0.0 * one)
     assert share[0] == pytest.approx(0.6)
+
+
+@pytest.mark.parametrize("cell", [0.05, 0.1, 0.3])
+def test_one_move_is_the_move_of_a_batch_to_the_bit(cell: float) -> None:
+    """The scalar path against the arrays, also on lines and corners of the grid, along axes, in short moves."""
+    rng = np.random.default_rng(0)
+    visitable = rng.random((40, 50)) < 0.8
+    x, y = rng.random(2000) * 50 * cell, rng.random(2000) * 40 * cell
+    x[:500], y[250:750] = np.round(x[:500] / cell) * cell, np.round(y[250:750] / cell * 2) / 2 * cell
+    heading, part = rng.integers(0, HEADINGS, 2000), rng.random(2000) ** np.tile([0, 2], 1000)
+    dx, dy = STEP * COS[heading] * part, STEP * SIN[heading] * part
+    batch = free_share(visitable, cell, x, y, dx, dy)
+    single = [_share(visitable, cell, *move) for move in zip(*(a.tolist() for a in (x, y, dx, dy)), strict=True)]
+    assert np.array(single).tobytes() == batch.tobytes()
+    assert 0.2 < np.mean(batch == 1.0) < 0.8
