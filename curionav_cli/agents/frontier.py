@@ -11,6 +11,7 @@ import numpy as np
 from curionav_cli.agents.agent import Agent
 from curionav_cli.records import FloorPlan
 from curionav_cli.world.motion import COS, FORWARD, HEADINGS, LEFT, RIGHT, SIN, STEP, forward_clear
+from curionav_cli.world.scene import Scene
 
 PATIENCE = 50  # random steps before it searches again, once no new cell can be reached from where it is
 
@@ -20,10 +21,12 @@ class Frontier(Agent):
 
     oracle = True
 
-    def __init__(self, seed: int, plan: FloorPlan):
+    def __init__(self, seed: int, world: Scene):
         super().__init__(seed)
-        self.plan = plan
-        self.visited = np.zeros(plan.visitable.shape, bool)
+        self.world, self.seed = world, seed
+        self.plan: FloorPlan = world.plan
+        self.visited = np.zeros(self.plan.visitable.shape, bool)
+        self.episode = -1
         self.way: list[int] = []
         self.wait = 0
 
@@ -31,10 +34,11 @@ class Frontier(Agent):
         self.way, self.wait = [], 0
 
     def act(self, observation: dict[str, np.ndarray], info: dict[str, Any]) -> int:
+        if info["episode"] != self.episode:  # it is told where the things stand today, too
+            self.episode = info["episode"]
+            self.plan = self.world.at(self.episode, self.seed)[0].plan
         x, y, yaw = info["pose"]
         self.visited[self.plan.cells(x, y)] = True
-        if info["collided"]:
-            self.way = []  # the world is not what the map says
         if not self.way and self.wait == 0:
             self.way = self.search(x, y, round(yaw / (2 * np.pi) * HEADINGS) % HEADINGS)
             self.wait = 0 if self.way else PATIENCE

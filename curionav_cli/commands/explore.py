@@ -49,7 +49,7 @@ def explore(settings: Config, folder: Path) -> RunFolder:
         found = checkpoint.newest(run.checkpoints, fixed)
     if found and found[0] >= settings.loop.episodes and run.status.get("state") == "done":
         return run
-    agent = build.agent(settings, plan)
+    agent = build.agent(settings, world)
     try:
         if begun:
             go_on(run, agent, found)

@@ -1,0 +1,139 @@
+"""The curves that every learner must beat: agents that do not learn, in every environment.
+
+    python benchmarks/reference.py            # 100 k steps, five seeds: minutes on one core
+    python benchmarks/reference.py --steps 10000 --seeds 2 --out /tmp/reference
+
+Coverage does not depend on what is drawn, so nothing is drawn. Writes reference.md, reference.csv and a figure for
+each environment into docs/reference.
+"""
+
+from __future__ import annotations
+
+import argparse
+import csv
+import statistics
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from curionav_cli.agents.agent import Agent
+from curionav_cli.agents.frontier import Frontier
+from curionav_cli.agents.wanderers import Bounce, Random, Sticky
+from curionav_cli.loop import run_episode
+from curionav_cli.results import plots
+from curionav_cli.results.coverage import Coverage, Curve
+from curionav_cli.world.env import NavigationEnv
+from curionav_cli.world.scene import Scene
+from curionav_cli.world.scene_file import plain
+
+ENVIRONMENTS = ("small_room", "apartment_0", "apartment_1", "apartment_2", "large_lab")
+EPISODE = 500
+AT = (0.1, 0.3, 1.0)  # of all steps
+
+
+class Undrawn(NavigationEnv):
+    """The world in the dark: every motion, no picture."""
+
+    blank = {"image": np.zeros((1, 1, 3), np.uint8), "depth": np.zeros((1, 1), np.float32)}  # noqa: RUF012
+
+    def _observe(self) -> dict[str, np.ndarray]:
+        return self.blank
+
+
+class Nobody:
+    """A watcher that does not look."""
+
+    def acted(self, step: int) -> None:
+        """One more step."""
+
+
+def agents(seed: int, world: Scene) -> Iterator[tuple[str, Agent]]:
+    """As conf/agent sets them."""
+    yield "random", Random(seed)
+    yield "sticky", Sticky(seed, repeat=0.75)
+    yield "bounce", Bounce(seed, least=3, most=18)
+    yield "frontier", Frontier(seed, world)
+
+
+def curve(world: Scene, agent: Agent, seed: int, steps: int) -> Curve:
+    """One life in episodes of 500 steps, each from the start."""
+    env, coverage = Undrawn(world), Coverage(world.plan)
+    observation, info = env.reset(seed=seed)
+    for _ in range(steps // EPISODE):
+        coverage.add(run_episode(env, agent, observation, info, EPISODE, Nobody()).pose)  # type: ignore[arg-type]
+        observation, info = env.reset()
+    return coverage.curve()
+
+
+def rows(env: str, seeds: int, steps: int, drawn: dict[str, list[Curve]]) -> Iterator[dict[str, Any]]:
+    for seed in range(seeds):
+        world = Scene.from_dict(*plain(env))
+        for name, agent in agents(seed, world):
+            found = curve(world, agent, seed, steps)
+            drawn.setdefault(name, []).append(found)
+            yield {"env": env, "agent": name, "seed": seed, "steps": steps, "cells": found.total,
+                   **{f"coverage_at_{int(part * steps)}": int(found.at(int(part * steps))) / found.total for part in AT},
+                   "area_under_curve": found.area(), "steps_to_50": found.steps_to(0.5),
+                   "steps_to_80": found.steps_to(0.8), "steps_to_90": found.steps_to(0.9)}
+
+
+def picture(env: str, curves: dict[str, list[Curve]]) -> Figure:
+    """Every seed as a line, on a logarithmic axis of steps."""
+    figure = Figure((6.4, 3.8), layout="constrained")
+    axes = figure.add_subplot()
+    for name, lives in curves.items():
+        colour, dashes = plots.STYLES[name]
+        for number, life in enumerate(lives):
+            steps = np.unique(np.geomspace(100, life.steps, 300).astype(int))
+            axes.plot(steps, 100 * life.at(steps) / life.total, color=colour, linestyle=dashes, linewidth=1.1,
+                      label=None if number else name)
+    axes.set(xscale="log", xlabel="steps", ylabel="share of visitable cells (%, landing)", ylim=(0, 102),
+             title=f"{env}: {lives[0].total} visitable cells, {len(lives)} seeds")
+    figure.legend(loc="outside lower center", ncols=4)
+    return figure
+
+
+def markdown(table: list[dict[str, Any]]) -> str:
+    """Mean and standard deviation over seeds."""
+    columns = [key for key in table[0] if key.startswith(("coverage_at", "area"))]
+    lines = ["| env | agent | n | " + " | ".join(key.replace("_", " ") for key in columns) + " |",
+             "|---" * (3 + len(columns)) + "|"]
+    for env, agent in dict.fromkeys((row["env"], row["agent"]) for row in table):
+        same = [row for row in table if (row["env"], row["agent"]) == (env, agent)]
+        numbers = [[row[key] for row in same] for key in columns]
+        spread = [f"{statistics.mean(values):.3f} ± {statistics.stdev(values) if len(values) > 1 else 0:.3f}"
+                  for values in numbers]
+        lines.append(f"| {env} | {agent} | {len(same)} | " + " | ".join(spread) + " |")
+    return "\n".join(lines)
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--steps", type=int, default=100_000)
+    parser.add_argument("--seeds", type=int, default=5)
+    parser.add_argument("--out", type=Path, default=Path(__file__).parent.parent / "docs" / "reference")
+    options = parser.parse_args()
+    options.out.mkdir(parents=True, exist_ok=True)
+    table: list[dict[str, Any]] = []
+    for env in ENVIRONMENTS:
+        drawn: dict[str, list[Curve]] = {}
+        table += rows(env, options.seeds, options.steps, drawn)
+        plots.save(picture(env, drawn), options.out / f"coverage_{env}.png")
+        print(markdown([row for row in table if row["env"] == env]), flush=True)
+    with open(options.out / "reference.csv", "w", newline="") as file:
+        writer = csv.DictWriter(file, list(table[0]), lineterminator="\n")
+        writer.writeheader()
+        writer.writerows(table)
+    (options.out / "reference.md").write_text(
+        "# The reference that every learner must beat\n\n"
+        f"Written by `benchmarks/reference.py`: {options.steps} steps in episodes of {EPISODE} from one start, "
+        f"{options.seeds} seeds. Mean ± standard deviation of the coverage (share of visitable cells, marked by landing) "
+        "and of the area under its curve. `frontier` is an oracle that is told the map.\n\n"
+        + markdown(table) + "\n\n" + "\n".join(f"![{env}](coverage_{env}.png)" for env in ENVIRONMENTS) + "\n")
+
+
+if __name__ == "__main__":
+    main()
