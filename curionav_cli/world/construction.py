@@ -16,6 +16,7 @@ from curionav_cli.world import layout
 from curionav_cli.world.boxes import FIXED, Box, Boxes
 from curionav_cli.world.dynamics import Item
 from curionav_cli.world.ground import Ground, Site
+from curionav_cli.world.overlay import overlaid
 from curionav_cli.world.pattern import COLOURS, PATTERNS, exists
 from curionav_cli.world.rosmap import open_map
 from curionav_cli.world.scene_file import Lists, collision_of, lists_of, settings
@@ -38,9 +39,9 @@ START_ROOM = 0.1  # metres beside the robot that nothing may be moved into
 
 def construct(raw: dict[str, Any], source: str) -> dict[str, Any]:
     """The fields of the Scene that this dict describes. Raises SceneError or MapError."""
-    env = settings(raw, source)
+    env, source = overlaid(settings(raw, source), source)
     lists = lists_of(env, source)
-    site = open_map(env) if env.map else four_walls(env, lists.rooms, source)
+    site = open_map(env, lists) if env.map else four_walls(env, lists.rooms, source)
     items = _items(lists, source)
     furniture, visitable, start = _reach(env, lists, site, items, source)
     boxes = _pack(env, lists, furniture, site, items, source)
@@ -150,7 +151,7 @@ def _reach(env: Env, lists: Lists, site: Site, items: tuple[Item, ...],
     """
     furniture = lists.furniture
     visitable, start = _visitable(env, lists, furniture, site, items, source)
-    if lists.tune is None or not _promise_applies(env):
+    if lists.tune is None or env.visitable is None or not _promise_applies(env):
         return furniture, visitable, start
     if lists.tune.piece not in {piece.name for piece in furniture} or lists.tune.axis not in ("w", "d"):
         raise SceneError(f"{source}: tune needs piece: the name of a piece of furniture, and axis: w or d.")

@@ -13,9 +13,10 @@ from scipy import ndimage
 
 from curionav_cli.world.boxes import EAST, NORTH, SOUTH, WEST, Box
 from curionav_cli.world.ground import Ground
-from curionav_cli.world.layout import poster
+from curionav_cli.world.layout import PLAIN, poster, room_at
 from curionav_cli.world.meshing import mesh
-from curionav_cli.world.scene_format import Poster
+from curionav_cli.world.scene_file import Lists
+from curionav_cli.world.scene_format import Poster, Room, Solid
 
 WALLS = ("plaster_white", "plaster_sand", "plaster_sage", "plaster_blue", "plaster_rose", "brick",
          "stripe_blue", "stripe_green", "plaster_grey", "brick_white", "panel", "plaster_ochre")
@@ -28,6 +29,7 @@ WINDOW, LARGE, SMALL = (0.9, 1.0, 0.9), (0.6, 0.8, 0.8), (0.4, 0.5, 0.9)  # widt
 POST = ("wood_dark", 0.75)  # an island of one or two cells: the leg of a table or chair
 WIDTHS = (1.5, 0.95, 0.55)  # metres from the walls: rooms are told apart where the space between is narrower
 LONGEST = 4.0
+AHEAD = 0.03  # metres before a face: the room it looks at
 ISLAND = 2.2
 POST_SIZE = 0.16
 POSTER_SPACING = 2.6
@@ -35,28 +37,82 @@ SHORT, SHORTEST = 1.3, 0.45  # faces for small posters only, and for none
 LAMP_SPACING = 2.4
 
 
-def dress(free: np.ndarray, resolution: float,
-          height: float) -> tuple[list[Box], Ground, tuple[tuple[float, float], ...]]:
-    """Boxes, floor and lamps for the free cells (rows, columns) of a map with `resolution` m cells."""
+def dress(free: np.ndarray, resolution: float, height: float,
+          told: Lists) -> tuple[list[Box], Ground, tuple[tuple[float, float], ...]]:
+    """Boxes, floor and lamps for the free cells (rows, columns) of a map with `resolution` m cells.
+
+    What an overlay tells (rooms, solids, posters) replaces what would be guessed there.
+    """
     rng = np.random.default_rng(zlib.crc32(np.packbits(free).tobytes()))
     room = rooms(free, resolution)
     wall_of = rng.permutation(len(WALLS))[np.arange(room.max() + 2) % len(WALLS)]
     floor_of = rng.permutation(len(FLOORS))[np.arange(room.max() + 2) % len(FLOORS)]
-    islands, material, tall = _islands(~free, resolution, height, rng)
+    boxes, walls = _solids(~free, resolution, told.solids)
+    islands, material, tall = _islands(walls, resolution, height, rng)
     padded = np.pad(room, 1, constant_values=-1)
-    boxes: list[Box] = []
-    for r0, c0, r1, c1 in mesh(~free, max(1, round(LONGEST / resolution))).tolist():
+    for r0, c0, r1, c1 in _cut(mesh(walls, max(1, round(LONGEST / resolution))), told.rooms, resolution):
         island = islands[r0, c0]
         low, high = (c0 * resolution, r0 * resolution), (c1 * resolution, r1 * resolution)
         if island:
             boxes.append(Box((*low, 0.0), (*high, tall[island]), (material[island],) * 4, material[island]))
             continue
         beside = _rooms_beside(padded, r0, c0, r1, c1)
-        sides = tuple(WALLS[wall_of[number]] for number in beside)
-        boxes.append(Box((*low, 0.0), (*high, height), sides, sides[0]))  # type: ignore[arg-type]
-        boxes += _posters(room, (r0, c0, r1, c1), resolution, rng)
-    ground = Ground(floor_of[np.maximum(room, 0)], resolution, FLOORS)
-    return boxes, ground, _lamps(free, resolution)
+        guessed = [WALLS[wall_of[number]] for number in beside]
+        sides = _told_sides(guessed, low, high, told.rooms)
+        boxes.append(Box((*low, 0.0), (*high, height), sides, sides[0]))
+        boxes += [] if told.posters else _posters(room, (r0, c0, r1, c1), resolution, rng)
+    return boxes, _ground(floor_of[np.maximum(room, 0)], resolution, told.rooms), _lamps(free, resolution)
+
+
+def _solids(occupied: np.ndarray, resolution: float, told: tuple[Solid, ...]) -> tuple[list[Box], np.ndarray]:
+    """The boxes of what the overlay gives a height, and the occupied cells that are left."""
+    boxes, left = [], occupied.copy()
+    for solid in told:
+        part = left & _inside(solid.rect, left.shape, resolution)
+        left &= ~part
+        for r0, c0, r1, c1 in (mesh(part, max(part.shape), hidden=True) * resolution).tolist():
+            boxes.append(Box((c0, r0, 0.0), (c1, r1, solid.height), (solid.material,) * 4, solid.material,
+                             fit=solid.fit))
+    return boxes, left
+
+
+def _inside(rect: tuple[float, ...], shape: tuple[int, ...], resolution: float) -> np.ndarray:
+    """(rows, columns) bool: the cells whose centre lies in the rectangle."""
+    y, x = ((np.arange(n) + 0.5) * resolution for n in shape)
+    x0, y0, x1, y1 = rect
+    return ((y > y0) & (y < y1))[:, None] & ((x > x0) & (x < x1))[None, :]
+
+
+def _cut(rectangles: np.ndarray, told: tuple[Room, ...], resolution: float) -> list[list[int]]:
+    """The rectangles, each cut where a room of the overlay begins or ends."""
+    pieces: list[list[int]] = rectangles.tolist()
+    for axis in (0, 1):  # rows along y, columns along x
+        for at in sorted({round(room.rect[side] / resolution) for room in told for side in (1 - axis, 3 - axis)}):
+            crossed = [piece for piece in pieces if piece[axis] < at < piece[axis + 2]]
+            pieces = [piece for piece in pieces if piece not in crossed]
+            for piece in crossed:
+                first, second = list(piece), list(piece)
+                first[axis + 2], second[axis] = at, at
+                pieces += [first, second]
+    return pieces
+
+
+def _told_sides(guessed: list[str], low: tuple[float, float], high: tuple[float, float],
+                told: tuple[Room, ...]) -> tuple[str, str, str, str]:
+    """The materials of a wall's faces: those of the overlay's room that a face looks at, else the guess."""
+    x, y = 0.5 * (low[0] + high[0]), 0.5 * (low[1] + high[1])
+    before = ((low[0] - AHEAD, y), (high[0] + AHEAD, y), (x, low[1] - AHEAD), (x, high[1] + AHEAD))
+    rooms = [room_at(told, *at) for at in before]
+    west, east, south, north = (guess if room is PLAIN else room.wall
+                                for guess, room in zip(guessed, rooms, strict=True))
+    return west, east, south, north
+
+
+def _ground(guessed: np.ndarray, resolution: float, told: tuple[Room, ...]) -> Ground:
+    index = guessed.copy()
+    for number, room in reversed(list(enumerate(told))):
+        index[_inside(room.rect, index.shape, resolution)] = len(FLOORS) + number
+    return Ground(index, resolution, FLOORS + tuple(room.floor for room in told))
 
 
 def rooms(free: np.ndarray, resolution: float) -> np.ndarray:

@@ -6,14 +6,14 @@ import numpy as np
 from scipy import ndimage
 
 
-def mesh(solid: np.ndarray, longest: int) -> np.ndarray:
+def mesh(solid: np.ndarray, longest: int, hidden: bool = False) -> np.ndarray:
     """Rectangles (n, 4) int, row0 column0 row1 column1 (ends excluded), over a (rows, columns) mask.
 
-    Every solid cell that touches a free one, corners included, is covered; no free cell is. Rectangles
-    may overlap, may cover hidden cells, and are at most `longest` cells long. Greedy from the lowest
+    Every solid cell that touches a free one, corners included, is covered, with `hidden` every solid
+    cell; no free cell is. Rectangles may overlap, and are at most `longest` cells long. Greedy from the lowest
     left cell: of the widest and the tallest rectangle the one that covers more of what is left.
     """
-    wanted = solid & ndimage.binary_dilation(~solid, np.ones((3, 3)))
+    wanted = solid.copy() if hidden else solid & ndimage.binary_dilation(~solid, np.ones((3, 3)))
     right, up = runs(solid), runs(solid.T).T
     found: list[tuple[int, int, int, int]] = []
     for flat in np.flatnonzero(wanted):

@@ -24,6 +24,7 @@ from curionav_cli.records import Pose
 from curionav_cli.world.dressing import dress
 from curionav_cli.world.ground import Site
 from curionav_cli.world.image_file import read_image
+from curionav_cli.world.scene_file import Lists
 from curionav_cli.world.visitable import grid_shape, largest_component
 
 FREE, OCCUPIED, UNKNOWN = 0, 100, -1
@@ -46,8 +47,8 @@ class RosMap:
     origin: Pose
 
 
-def open_map(env: Env) -> Site:
-    """The world in env.map. Raises MapError."""
+def open_map(env: Env, lists: Lists) -> Site:
+    """The world in env.map, dressed as the lists say and as can be guessed. Raises MapError."""
     assert env.map is not None
     path = Path(env.map).expanduser()
     ros = read_map(path, env.unknown_grey)
@@ -60,7 +61,7 @@ def open_map(env: Env) -> Site:
     size = (columns * ros.resolution, rows * ros.resolution)
     cell = env.cell or ros.resolution
     room = _at_centres(free, ros.resolution, grid_shape(size, cell), cell)
-    boxes, ground, lamps = dress(free, ros.resolution, env.height)
+    boxes, ground, lamps = dress(free, ros.resolution, env.height, lists)
     return Site(size, cell, boxes, ground, floor=room, lamps=lamps, origin=ros.origin, keep=room)
 
 

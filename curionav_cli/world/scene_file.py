@@ -20,6 +20,7 @@ from curionav_cli.world.scene_format import (
     Poster,
     Repeat,
     Room,
+    Solid,
     Tune,
     Wall,
     read,
@@ -39,6 +40,7 @@ class Lists:
 
     rooms: tuple[Room, ...]
     walls: tuple[Wall, ...]
+    solids: tuple[Solid, ...]
     posters: tuple[Poster, ...]
     furniture: tuple[Furniture, ...]
     moves: tuple[Move, ...]
@@ -105,6 +107,7 @@ def lists_of(env: Env, source: str) -> Lists:
         light = read(Light, env.light, source, "light")
     return Lists(
         rooms=_each(env, "rooms", Room, source), walls=_each(env, "walls", Wall, source),
+        solids=_solids(env, source),
         posters=_each(env, "posters", Poster, source), furniture=_furniture(env, source),
         moves=_each(env, "moves", Move, source) if env.changes else (),
         tune=read(Tune, env.tune, source, "tune") if env.tune else None, light=light)
@@ -115,6 +118,16 @@ def _each(env: Env, key: str, record: Any, source: str) -> tuple[Any, ...]:
     if not isinstance(raw, list | tuple):
         raise SceneError(f"{source}: {key} must be a list, not {raw!r}.")
     return tuple(read(record, item, source, f"{key}[{index}]") for index, item in enumerate(raw))
+
+
+def _solids(env: Env, source: str) -> tuple[Solid, ...]:
+    solids = _each(env, "solids", Solid, source)
+    if solids and not env.map:
+        raise SceneError(f"{source}: solids tells what a ROS map shows as occupied, and this scene opens no map. "
+                         "Build it of walls and furniture.")
+    for index, solid in enumerate(solids):
+        _check_number(solid.height, 0.01, env.height, f"{source}: solids[{index}].height")
+    return solids
 
 
 def _furniture(env: Env, source: str) -> tuple[Furniture, ...]:

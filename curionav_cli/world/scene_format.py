@@ -44,6 +44,16 @@ class Wall:
 
 
 @dataclass(frozen=True)
+class Solid:
+    """What a ROS map shows as occupied inside rect [x0, y0, x1, y1] has this height and material."""
+
+    rect: Quad
+    height: float
+    material: str = "plaster_white"
+    fit: bool = False
+
+
+@dataclass(frozen=True)
 class Poster:
     """Something flat on a wall: at [x, y] on the wall's surface, the way it faces, z its lower edge."""
 
@@ -155,6 +165,12 @@ def _whole(raw: Any) -> int:
     return int(raw)
 
 
+def _truth(raw: Any) -> bool:
+    if not isinstance(raw, bool):
+        raise TypeError
+    return raw
+
+
 def _text(raw: Any) -> str:
     if not isinstance(raw, str):
         raise TypeError
@@ -185,6 +201,7 @@ _READERS: dict[str, tuple[str, Any]] = {
     "float": ("a number", _number),
     "int": ("a whole number", _whole),
     "str": ("text", _text),
+    "bool": ("true or false", _truth),
     "Numbers": ("a list of numbers", _numbers),
     "Pair": ("2 numbers [x, y]", lambda raw: _counted(raw, 2)),
     "Quad": ("4 numbers [x0, y0, x1, y1]", lambda raw: _counted(raw, 4)),
