@@ -131,5 +131,5 @@ def test_one_move_is_the_move_of_a_batch_to_the_bit(cell: float) -> None:
     dx, dy = STEP * COS[heading] * part, STEP * SIN[heading] * part
     batch = free_share(visitable, cell, x, y, dx, dy)
     single = [_share(visitable, cell, *move) for move in zip(*(a.tolist() for a in (x, y, dx, dy)), strict=True)]
-    assert np.array(single).tobytes() == batch.tobytes()
+    assert np.array_equal(np.array(single), batch)
     assert 0.2 < np.mean(batch == 1.0) < 0.8
