@@ -86,6 +86,18 @@ command_with_settings("explore", "Let an agent live in a world and draw what it 
 command_with_settings("sheet", "Draw a contact sheet of a world: top view, camera images and depth.")
 
 
+@app.command("list")
+def list_options(
+    group: Annotated[str | None, typer.Argument(
+        metavar="[GROUP]", show_default=False, help="env, agent, robot, scale, launcher")] = None,
+    config_dir: ConfigDir = None,
+) -> None:
+    """List what can be chosen: the groups, or the options of one, as in curionav list env."""
+    from curionav_cli.commands import listing
+
+    raise typer.Exit(listing.run(group, config_dir))
+
+
 @app.command()
 def resume(
     folder: Annotated[Path, typer.Argument(metavar="DIR", help="The folder of a run or a sweep.")],

@@ -4,6 +4,7 @@ completion and the suggestions after a typing error."""
 from __future__ import annotations
 
 from collections.abc import Iterator
+from pathlib import Path
 from typing import Any
 
 from hydra._internal.hydra import Hydra
@@ -12,7 +13,7 @@ from hydra.errors import HydraException
 from hydra.types import RunMode
 from omegaconf import DictConfig, OmegaConf
 
-from curionav_cli.config.sources import MAIN
+from curionav_cli.config.sources import AGENTS, MAIN
 
 HIDDEN = ("hydra", "schema")
 
@@ -26,6 +27,17 @@ def groups(hydra: Hydra) -> dict[str, list[str]]:
 
 def options_of(hydra: Hydra, group: str) -> list[str]:
     return sorted(hydra.config_loader.get_group_options(group, ObjectType.CONFIG))
+
+
+def note(hydra: Hydra, group: str, option: str) -> str:
+    """One line about an option: the first comment of its file, else what the schema says of an agent."""
+    for source in hydra.config_loader.get_search_path().get_path():
+        path = Path(str(source.path).removeprefix("file://")) / group / f"{option}.yaml"
+        if path.is_file():
+            lines = path.read_text(encoding="utf-8").splitlines()
+            comments = [line.lstrip("# ") for line in lines if line.startswith("#") and "@package" not in line]
+            return comments[0] if comments else (getattr(AGENTS.get(option), "__doc__", "") or "").partition("\n")[0]
+    return ""
 
 
 def settings(hydra: Hydra, overrides: list[str]) -> dict[str, Any]:

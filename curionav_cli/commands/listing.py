@@ -1,0 +1,69 @@
+"""curionav list: what one can choose from, and every environment with its size."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from rich.box import SIMPLE
+from rich.console import Console
+from rich.table import Table
+
+from curionav_cli import build
+from curionav_cli.config import listing
+from curionav_cli.config.answers import closest, did_you_mean
+from curionav_cli.config.mistakes import Mistakes
+from curionav_cli.config.preflight import compose
+from curionav_cli.config.sources import opened
+from curionav_cli.errors import ConfigError, UserError
+
+ENV_COLUMNS = (("env", "left"), ("floor m2", "right"), ("visitable m2", "right"), ("visitable cells", "right"),
+               ("cell cm", "right"), ("", "left"))
+
+
+def run(group: str | None, config_dir: Path | None) -> int:
+    """The command: its exit code. Raises ConfigError for a group that does not exist."""
+    console = Console() if sys.stdout.isatty() else Console(width=140)
+    with opened("list", config_dir) as hydra:
+        groups = listing.groups(hydra)
+        if group is not None and group not in groups:
+            raise ConfigError(f"There is no group {group}.{did_you_mean(closest(group, groups))} "
+                              f"curionav list knows: {', '.join(groups)}.")
+        if group == "env":
+            rows = [(name, *environment(hydra, name)) for name in groups["env"]]
+            console.print(table(ENV_COLUMNS, rows))
+        elif group is not None:
+            notes = [(name, listing.note(hydra, group, name)) for name in groups[group]]
+            console.print(table(((group, "left"), ("", "left")), notes))
+        else:
+            rows = [(name, ", ".join(options)) for name, options in groups.items()]
+            console.print(table((("group", "left"), ("options", "left")), rows))
+            console.print("curionav list env   (or another group) says more about its options", highlight=False)
+    return 0
+
+
+def environment(hydra: Any, name: str) -> tuple[str, ...]:
+    """The cells of an environment's row; one that does not load says why. hydra: as `opened` gives it."""
+    job = [f"env={name}"]
+    try:
+        settings = compose(hydra, Mistakes(hydra, job), job)
+        if settings.env.map is None and settings.env.size is None:
+            return "", "", "", "", settings.env.note
+        plan = build.scene(settings).plan
+    except UserError as error:
+        return "", "", "", "", f"does not load: {str(error).splitlines()[0]}"
+    square = plan.cell**2
+    return (f"{plan.floor.sum() * square:.2f}", f"{plan.visitable.sum() * square:.2f}",
+            str(plan.visitable.sum()), f"{plan.cell * 100:g}", settings.env.note)
+
+
+def table(columns: tuple[tuple[str, str], ...], rows: Sequence[tuple[str, ...]]) -> Table:
+    """`columns`: heading, and the side to which its cells are justified."""
+    made = Table(box=SIMPLE, pad_edge=False)
+    for heading, side in columns:
+        made.add_column(heading, justify="right" if side == "right" else "left", no_wrap=heading != "")
+    for row in rows:
+        made.add_row(*(cell.replace("[", "\\[") for cell in row))
+    return made
