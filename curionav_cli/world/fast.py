@@ -18,7 +18,9 @@ from curionav_cli.world.view import View
 
 MOST = 96  # open boxes in front of one column's wall
 NEAR = 1e-3  # metres; a box with a corner nearer than this, or behind, may cover every column
-PLANE = -1
+PLANE = np.int32(-1)
+RED_BLUE, GREEN, EIGHT = np.uint32(0xFF00FF), np.uint32(0x00FF00), np.uint32(8)
+LAST = np.int32(SIZE - 1)
 HAZE32, ONE, ZERO = np.float32(HAZE), np.float32(1.0), np.float32(0.0)
 
 compiled = njit(cache=True, nogil=True, error_model="numpy")
@@ -31,15 +33,17 @@ class NumbaEngine:
 
     def __init__(self, view: View):
         self._view, surfaces = view, view.surfaces
-        flat = (surfaces.address, surfaces.stride, surfaces.x_scale, surfaces.x_shift, surfaces.y_scale,
-                surfaces.y_shift, surfaces.light)
+        rows = len(view.slope)
         self._bounds = np.ascontiguousarray(surfaces.bounds.transpose(2, 0, 1).reshape(-1, 4))
         self._heights = (surfaces.near, surfaces.far)
-        self._level = tuple(table.reshape(surfaces.near.shape) for table in flat)
-        self._side_ints = surfaces.side_base.reshape(-1, 4)
-        self._sides = np.ascontiguousarray(np.stack([
-            table.reshape(-1, 4) for table in (surfaces.side_along, surfaces.side_shift, surfaces.side_up,
-                                               surfaces.side_foot, surfaces.side_mip, surfaces.side_light)], axis=2))
+        self._flat_address = surfaces.address.reshape(-1, rows)
+        self._flats = tuple(table.reshape(-1, rows) for table in (
+            surfaces.x_scale, surfaces.x_shift, surfaces.y_scale, surfaces.y_shift, surfaces.light))
+        self._plane = (surfaces.address[-rows:].copy(), surfaces.stride[-rows:].copy(),
+                       surfaces.x_scale[-rows:].copy(), surfaces.light[-rows:].copy())
+        self._side_base = surfaces.side_base
+        self._sides = np.stack([surfaces.side_along, surfaces.side_shift, surfaces.side_up, surfaces.side_foot,
+                                surfaces.side_mip, surfaces.side_light], axis=1)
         self._scale = len(view.across) / 2 / view.tangent
 
     def draw(self, x: np.ndarray, y: np.ndarray, cosine: np.ndarray, sine: np.ndarray, rays: Rays,
@@ -47,20 +51,23 @@ class NumbaEngine:
         """rgb (B, R, C, 3) uint8 and depth (B, R, C) float32 become the pictures of B poses."""
         view = self._view
         boxes, ends = view.culling.lists(x, y)
+        words = rgb.reshape(*rgb.shape[:2], -1).view("<u4")  # four pixels are three words
         _frames(x, y, cosine, sine, rays.run, rays.rate, rays.face, brightness, boxes, ends, self._bounds,
-                view.surfaces.walls, self._heights, self._level, self._side_ints, self._sides, view.slope,
-                self._scale, np.float32(view.culling.reach), np.float32(view.far), view.texels, rgb, depth)
+                view.surfaces.walls, self._heights, self._plane, self._flat_address, self._flats, self._side_base,
+                self._sides, view.slope, self._scale, np.float32(view.culling.reach), np.float32(view.far),
+                view.texels, words, depth)
 
 
 @compiled
-def _frames(x, y, cosine, sine, run, rate, face, brightness, boxes, ends, bounds, walls, heights, level,
-            side_base, sides, slope, scale, reach, far, texels, rgb, depth):
+def _frames(x, y, cosine, sine, run, rate, face, brightness, boxes, ends, bounds, walls, heights, plane,
+            flat_address, flats, side_base, sides, slope, scale, reach, far, texels, words, depth):
     columns, rows = run.shape[2], slope.shape[0]
     count = np.empty(columns, np.int64)
-    box = np.empty((columns, MOST), np.int64)
+    box, axis = np.empty((columns, MOST), np.int64), np.empty((columns, MOST), np.int64)
     entry, leave = np.empty((columns, MOST), np.float32), np.empty((columns, MOST), np.float32)
-    axis = np.empty((columns, MOST), np.int64)
-    best, seen = np.empty(rows, np.float32), np.empty(rows, np.int64)
+    best, seen = np.empty((columns, rows), np.float32), np.empty(rows, np.int32)
+    colour = np.empty((columns, rows), np.uint32)
+    address, light = np.empty(rows, np.int32), np.empty(rows, np.int32)
     for b in range(len(x)):
         box[:, 0], entry[:, 0], axis[:, 0], count[:] = len(bounds) - 3, reach, 0, 1
         first = ends[b - 1] if b and len(ends) > 1 else 0
@@ -68,14 +75,22 @@ def _frames(x, y, cosine, sine, run, rate, face, brightness, boxes, ends, bounds
         for k in boxes[first:last]:
             _meet(k, bounds[k], k < walls, x[b], y[b], cosine[b], sine[b], scale, rate[b], count, box, entry,
                   leave, axis)
-        light = np.float32(brightness[b])
-        east, north = np.float32(x[b]), np.float32(y[b])
+        east, north, bright = np.float32(x[b]), np.float32(y[b]), np.float32(brightness[b])
         for c in range(columns):
-            _nearest(count[c], box[c], entry[c], leave[c], heights, best, seen)
-            _paint(c, east, north, run[b], rate[b], face[b], light, box[c], entry[c], axis[c], heights[0], level,
-                   side_base, sides, slope, texels, best, seen, rgb[b])
-            for r in range(rows):
-                depth[b, r, c] = min(best[r], far)
+            east_run, north_run = run[b, 0, c], run[b, 1, c]
+            _nearest(count[c], box[c], entry[c], leave[c], heights, best[c], seen)
+            _planes(east, north, east_run, north_run, heights[0][-1], plane, bright, address, light)
+            for n in range(count[c]):
+                if entry[c, n] <= entry[c, 0]:
+                    k, a = box[c, n], axis[c, n]
+                    across = 4 * k + face[b, a, c]
+                    along = (north if a == 0 else east) + run[b, 1 - a, c] * entry[c, n]
+                    if _side(n, side_base[across], sides[across], entry[c, n], along, rate[b, a, c], bright, slope,
+                             seen, address, light):
+                        _flat(n, k, east, north, east_run, north_run, best[c], flat_address, flats, bright, seen,
+                              address, light)
+            _shade(texels, address, light, colour[c])
+        _store(colour, best, far, words[b], depth[b])
 
 
 @compiled
@@ -122,58 +137,87 @@ def _span(x0, y0, x1, y1, cosine, sine, scale, columns):
 
 @compiled
 def _nearest(count, box, entry, leave, heights, best, seen):
-    """What each row of a column sees, PLANE or the place of a box in its list, and how far away."""
+    """What each row of a column sees and how far away: PLANE, or twice a place in its list, plus 1 for a top."""
     near, far = heights
     plane, wall = near[-1], entry[0]
     for r in range(len(best)):
         shut = wall <= plane[r]
         best[r] = wall if shut else plane[r]
-        seen[r] = 0 if shut else PLANE
+        seen[r] = np.int32(0) if shut else PLANE
     for n in range(1, count):
         if entry[n] > wall:
             continue
         enters, leaves, into, out = near[box[n]], far[box[n]], entry[n], leave[n]
+        side, top = np.int32(2 * n), np.int32(2 * n + 1)
         for r in range(len(best)):
             enter = max(enters[r], into)
             hit = (enter < min(leaves[r], out)) & (enter < best[r])
             best[r] = enter if hit else best[r]
-            seen[r] = n if hit else seen[r]
+            seen[r] = (top if enters[r] > into else side) if hit else seen[r]
 
 
 @compiled
-def _paint(c, east, north, run, rate, face, light, box, entry, axis, near, level, side_base, sides, slope,
-           texels, best, seen, rgb):
-    address, stride, x_scale, x_shift, y_scale, y_shift, shine = level
-    last = -2
-    base, shade, rise, foot = 0, ZERO, ZERO, ZERO
-    for r in range(len(seen)):
-        n = seen[r]
-        k = len(near) - 1 if n == PLANE else box[n]
-        if n == PLANE or near[k, r] > entry[n]:
-            u = int((east + run[0, c] * best[r]) * x_scale[k, r] + x_shift[k, r])
-            v = int((north + run[1, c] * best[r]) * y_scale[k, r] + y_shift[k, r])
-            at = address[k, r] + u * stride[k, r] + v
-            bright = int(shine[k, r] * light)
-        else:
-            if n != last:
-                last = n
-                a = axis[n]
-                base, shade, rise, foot = _side(side_base[k, face[a, c]], sides[k, face[a, c]], entry[n],
-                                                (north if a == 0 else east) + run[1 - a, c] * entry[n], rate[a, c])
-            at = base + (int(rise * slope[r] + foot) & (SIZE - 1))
-            bright = int(shade * light)
-        texel = texels[min(at, len(texels) - 1)]
-        rgb[r, c, 0] = (texel & 255) * bright >> 8
-        rgb[r, c, 1] = (texel >> 8 & 255) * bright >> 8
-        rgb[r, c, 2] = (texel >> 16) * bright >> 8
+def _planes(east, north, east_run, north_run, near, plane, bright, address, light):
+    """Texel and light of floor and ceiling in a column, seen or not."""
+    start, stride, scale, shine = plane
+    for r in range(len(near)):
+        reach = near[r] * scale[r]
+        u, v = np.int32(east_run * reach + east * scale[r]), np.int32(north_run * reach + north * scale[r])
+        address[r] = np.int32(u * stride[r] + v + start[r])
+        light[r] = np.int32(shine[r] * bright)
 
 
 @compiled
-def _side(base, side, entry, along, rate):
-    """For the side of a box in one column: address of its texel column, light, texel rows a unit of slope, and at 0."""
+def _side(n, base, side, entry, along, rate, bright, slope, seen, address, light):
+    """The same for rows that see the side of the n-th box of the list. Does any see its top or underside?"""
     wide = entry * entry * abs(rate) * side[4]
     level, least = 0, np.float32(4.0)
     while wide >= least and level < LEVELS - 1:
         level, least = level + 1, least * np.float32(4.0)
     column = (int(along * side[0] + side[1]) & (SIZE - 1)) >> level
-    return (base + LEVEL_OFFSET[level] + column * SIZE, side[5] / (ONE + HAZE32 * entry), entry * side[2], side[3])
+    start = np.int32(base + LEVEL_OFFSET[level] + column * SIZE)
+    shade = np.int32(side[5] / (HAZE32 * entry + ONE) * bright)
+    rise, foot, mark, tops = entry * side[2], side[3], np.int32(2 * n), np.int32(0)
+    for r in range(len(seen)):
+        texel = np.int32(start + (np.int32(rise * slope[r] + foot) & LAST))
+        address[r] = texel if seen[r] == mark else address[r]
+        light[r] = shade if seen[r] == mark else light[r]
+        tops |= np.int32(seen[r] == mark + 1)
+    return tops != 0
+
+
+@compiled
+def _flat(n, k, east, north, east_run, north_run, best, flat_address, flats, bright, seen, address, light):
+    """The same for rows that see its top or its underside."""
+    x_scale, x_shift, y_scale, y_shift, shine = flats
+    for r in range(len(seen)):
+        if seen[r] == 2 * n + 1:
+            u = np.int32((east_run * best[r] + east) * x_scale[k, r] + x_shift[k, r])
+            v = np.int32((north_run * best[r] + north) * y_scale[k, r] + y_shift[k, r])
+            address[r] = flat_address[k, r] + u * SIZE + v
+            light[r] = np.int32(shine[k, r] * bright)
+
+
+@compiled
+def _shade(texels, address, light, colour):
+    last = len(texels) - 1
+    for r in range(len(address)):
+        colour[r] = texels[min(max(address[r], 0), last)]
+    for r in range(len(address)):
+        texel, shade = colour[r], np.uint32(light[r])
+        red_blue = np.uint32(np.uint32(texel & RED_BLUE) * shade) >> EIGHT
+        green = np.uint32(np.uint32(texel & GREEN) * shade) >> EIGHT
+        colour[r] = np.uint32(red_blue & RED_BLUE) | np.uint32(green & GREEN)
+
+
+@compiled
+def _store(colour, best, far, words, depth):
+    """Columns into rows: colour (C, R) packed into words (R, 3 C / 4), best (C, R) capped into depth (R, C)."""
+    for r in range(colour.shape[1]):
+        for four in range(colour.shape[0] // 4):
+            a, b, c, d = colour[4 * four, r], colour[4 * four + 1, r], colour[4 * four + 2, r], colour[4 * four + 3, r]
+            words[r, 3 * four] = a | b << np.uint32(24)
+            words[r, 3 * four + 1] = b >> EIGHT | c << np.uint32(16)
+            words[r, 3 * four + 2] = c >> np.uint32(16) | d << EIGHT
+        for column in range(colour.shape[0]):
+            depth[r, column] = min(best[column, r], far)
