@@ -123,5 +123,5 @@ class Learner:
         return torch.rand(shape, generator=self.generator, device=self.device)
 
     def _precision(self) -> torch.autocast:
-        enabled = self.hyper.precision == "bfloat16"
+        enabled = self.hyper.precision is schema.Precision.bfloat16
         return torch.autocast(self.device.type, torch.bfloat16, enabled=enabled)

@@ -199,3 +199,15 @@ def test_devices(monkeypatch):
         resolve_device("cuda")
     monkeypatch.setattr(torch.cuda, "is_available", lambda: True)
     assert resolve_device("auto") == torch.device("cuda")
+
+
+def test_bfloat16_is_what_the_setting_says_and_close_to_float32(agent, replay):
+    learned = {}
+    for precision in ("float32", "bfloat16"):
+        one = agent(precision=precision)
+        seen = []
+        one.learner.networks.world_model.encoder.register_forward_hook(lambda *call, s=seen: s.append(call[2].dtype))
+        learned[precision] = one.learn(replay(), 1, lambda i: None)
+        assert seen[0] == getattr(torch, precision)
+    for name in ("model_loss", "lbs_target", "kl"):
+        assert learned["bfloat16"][name] == pytest.approx(learned["float32"][name], rel=0.03)
