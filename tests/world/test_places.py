@@ -10,6 +10,7 @@ import gymnasium
 import numpy as np
 import pytest
 
+from curionav_cli.app import main
 from curionav_cli.records import Episode
 from curionav_cli.world.env import NavigationEnv
 from curionav_cli.world.furniture import BODIES, KINDS, faces
@@ -212,3 +213,38 @@ def test_a_front_is_at_the_front_only(pattern: str) -> None:
         sides, top = faces(pattern, turn)
         assert sides[face] == pattern and sides.count(pattern) in (1, 2) and top != pattern and exists(top)
     assert faces(f"{pattern}_red", 0)[1] == ("wood_red" if BODIES[pattern].startswith("wood") else BODIES[pattern])
+
+
+BEHIND = {"west": (1, 0), "east": (-1, 0), "south": (0, 1), "north": (0, -1)}
+
+
+@pytest.mark.parametrize("name", [*PAPER, "large_lab", "small_room"])
+def test_every_picture_hangs_on_a_wall(name: str) -> None:
+    """Four centimetres behind each corner of a poster there is wall, and before its middle there is air."""
+    scene = Scene.from_dict(*plain(name))
+    boxes = scene.boxes
+    for poster in plain(name)[0]["posters"]:
+        behind = np.array(BEHIND[poster["face"]])
+        along = np.abs(behind[::-1]) * (0.5 * poster["width"] - 0.02)
+        heights = (poster["z"] + 0.02, poster["z"] + poster["height"] - 0.02)
+        corners = [(*(np.array(poster["at"]) + 0.04 * behind + side * along), z)
+                   for side in (-1, 1) for z in heights]
+        for corner in corners:
+            around = (boxes.low <= corner) & (boxes.high >= corner)
+            assert (around.all(axis=1) & ~boxes.decal).any(), f"{poster} hangs in the air at {corner}"
+        before = (*(np.array(poster["at"]) - 0.03 * behind), sum(heights) / 2)
+        hidden = (((boxes.low < before) & (boxes.high > before)).all(axis=1) & ~boxes.decal).any()
+        assert not hidden, f"{poster} is inside something"
+
+
+def test_the_moves_of_a_life_are_in_its_episode_files(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(SystemExit) as stop:
+        main(["explore", "env=large_lab", "agent=random", "seed=3", "loop.episodes=3", "loop.steps=4",
+              "loop.iterations=0", "hydra.run.dir=out"])
+    assert not stop.value.code
+    scene = Scene.from_dict(*plain("large_lab"))
+    for number in range(3):
+        saved = Episode.load(tmp_path / "out" / "episodes" / f"{number:06d}.npz")
+        assert saved.events == scene.at(number, 3)[1]
+        assert any(event["what"] == "move" for event in saved.events) == (number > 0)
