@@ -22,7 +22,8 @@ from curionav_cli.world.view import View
 CHUNK = 8
 EXPONENT = np.clip(np.arange(256) - 127 >> 1, 0, LEVELS - 1)  # mip level by a float's exponent
 OFFSET_OF = LEVEL_OFFSET[EXPONENT].astype(np.int32)
-PLANE, TOP, BRIGHT = -(1 << 31), 1 << 10, (1 << 10) - 1  # marks beside the light, and the light
+# Marks beside the light of a pixel, and the light itself.
+PLANE, TOP, BRIGHT = np.int32(-(1 << 31)), np.int32(1 << 10), np.int32((1 << 10) - 1)
 RED_BLUE, GREEN = np.uint32(0xFF00FF), np.uint32(0x00FF00)
 
 
@@ -109,14 +110,15 @@ class NumpyEngine:
     def _and_planes(self, pairs: Pairs, rise: np.ndarray, foot: np.ndarray, base: np.ndarray, light: np.ndarray,
                     brightness: np.ndarray) -> Texels:
         """The same with what follows the pairs: tops, painted by _tops, and floor and ceiling."""
-        plane = (brightness[:, None] * self._plane_light).ravel()
         count, tops = len(pairs.box), len(pairs.box) - pairs.walls
-        tables = [np.zeros(count + tops + len(plane), kind) for kind in (np.float32, np.float32, np.int32, np.int32)]
-        for table, values in zip(tables, (rise, foot, base, light), strict=True):
-            table[:count] = values
-        tables[3][count:count + tops] = TOP
-        tables[3][count + tops:] = plane.astype(np.int32) | np.int32(PLANE)
-        return Texels(*tables)
+        after = count + tops + brightness.size * len(self._plane_light)
+        rows, ints = np.zeros((2, after), np.float32), np.zeros((2, after), np.int32)
+        rows[0, :count], rows[1, :count], ints[0, :count], ints[1, :count] = rise, foot, base, light
+        ints[1, count:count + tops] = TOP
+        plane = ints[1, count + tops:]
+        np.multiply(brightness[:, None], self._plane_light, out=plane.reshape(len(brightness), -1), casting="unsafe")
+        plane |= PLANE
+        return Texels(*rows, *ints)
 
     def _plane(self, rays: Rays, place: np.ndarray) -> np.ndarray:
         """(B, R, C) int32: texel of floor and ceiling under every pixel, whether it is seen or not."""
@@ -163,10 +165,7 @@ def lit(texel: np.ndarray, light: np.ndarray) -> np.ndarray:
 
 
 def unpack(packed: np.ndarray, rgb: np.ndarray) -> None:
-    """Packed colours (B, R, C) uint32 into rgb (B, R, C, 3) uint8: four pixels are three words."""
-    four = packed.reshape(-1, 4)
-    words = rgb.reshape(-1, 12).view("<u4")
-    first, second, third, fourth = (four[:, index] for index in range(4))
-    np.bitwise_or(second << 24, first, out=words[:, 0])
-    np.bitwise_or(second >> 8, third << 16, out=words[:, 1])
-    np.bitwise_or(third >> 16, fourth << 8, out=words[:, 2])
+    """Packed colours (B, R, C) uint32 into rgb (B, R, C, 3) uint8."""
+    four, three = packed.astype("<u4", copy=False).view(np.uint8).reshape(-1, 4), rgb.reshape(-1, 3)
+    for channel in range(3):  # one by one: three times as fast as four[:, :3] at once
+        three[:, channel] = four[:, channel]

@@ -63,8 +63,9 @@ class NavigationVectorEnv(gymnasium.vector.VectorEnv[Any, Any, Any]):
         options = options or {}
         which = np.flatnonzero(options.get("reset_mask", np.ones(self.num_envs, bool)))
         for world in which.tolist():
-            if seeds is not None and seeds[world] is not None:
-                self._life[world], self._episode[world] = seeds[world], -1
+            life = None if seeds is None else seeds[world]
+            if life is not None:
+                self._life[world], self._episode[world] = life, -1
         events = self._go_home(which, options.get("episode"))
         self._see(which)
         return self._observation(), self._info(np.zeros(self.num_envs, bool), events, which)
