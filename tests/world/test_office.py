@@ -8,11 +8,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from office import write_office
 
 from curionav_cli.world.render import Renderer
 from curionav_cli.world.scene import Scene
 from curionav_cli.world.scene_file import plain
-from office import write_office
 
 pytestmark = pytest.mark.slow
 
