@@ -56,7 +56,8 @@ def plans(scenes: Sequence[Scene], path: Path | str, height: int = 420) -> None:
 
 
 def _write(path: Path | str, image: np.ndarray) -> None:
-    cv2.imwrite(str(path), image[..., ::-1], [cv2.IMWRITE_JPEG_QUALITY, JPEG_QUALITY])
+    quality = [cv2.IMWRITE_JPEG_QUALITY, JPEG_QUALITY] if Path(path).suffix == ".jpg" else []
+    cv2.imwrite(str(path), image[..., ::-1], quality)
 
 
 def top_view(scene: Scene, height: int, views: tuple[np.ndarray, ...] = ()) -> np.ndarray:
