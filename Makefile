@@ -1,5 +1,5 @@
 PYTHON ?= python3
-EPISODES ?= 3
+EPISODES ?= 6
 READY := .venv/.ready
 
 export OMP_NUM_THREADS ?= 1

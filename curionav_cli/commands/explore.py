@@ -55,7 +55,7 @@ def explore(settings: Config, folder: Path) -> RunFolder:
             go_on(run, agent, found)
             run.write("config.yaml", config)  # it may have become longer
         else:
-            run.create(config, provenance.about(folder, settings.device.value, settings.seed), plan)
+            run.create(config, about(settings, folder), plan)
         first = found[0] if found else 0
         label = f"{settings.agent.name} seed {settings.seed}"
         show = report(label, settings.loop, first)
@@ -117,6 +117,10 @@ def fixed_settings(config: str, plan: FloorPlan) -> dict[str, Any]:
     fixed = {key: settings[key] for key in ("env", "agent", "robot", "seed")}
     fixed["loop"] = {key: settings["loop"][key] for key in ("steps", "iterations")}
     return {**fixed, "visitable cells (sha256)": hashlib.sha256(plan.visitable.tobytes()).hexdigest()}
+
+
+def about(settings: Config, folder: Path) -> dict[str, Any]:
+    return provenance.about(folder, settings.device.value, settings.env.engine.value, settings.seed)
 
 
 def draw(run: RunFolder) -> None:

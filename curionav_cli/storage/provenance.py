@@ -16,14 +16,14 @@ import yaml
 PACKAGES = ("curionav", "numpy", "torch", "gymnasium", "hydra-core", "opencv-python-headless")
 
 
-def about(folder: Path, device: str, seed: int) -> dict[str, Any]:
-    """Command, versions, machine, commit. folder: where Hydra noted the overrides of this job."""
+def about(folder: Path, device: str, engine: str, seed: int) -> dict[str, Any]:
+    """Command, versions, machine, commit. engine: what draws the pictures. folder: where Hydra noted the overrides of this job."""
     noted = folder / ".hydra" / "overrides.yaml"
     overrides = yaml.safe_load(noted.read_text()) if noted.is_file() else []
     return {
         "command": shlex.join(["curionav", "explore", *overrides]),
         "config_path": os.environ.get("CURIONAV_CONFIG_PATH"), "device": device, "seed": seed,
-        "began": datetime.now(UTC).isoformat(timespec="seconds"), "renderer": "numpy",
+        "began": datetime.now(UTC).isoformat(timespec="seconds"), "engine": engine,
         "python": platform.python_version(), **{package: version(package) for package in PACKAGES},
         "machine": platform.machine(), "cores": os.cpu_count(), "threads": os.environ.get("OMP_NUM_THREADS"),
         **commit(),

@@ -42,7 +42,8 @@ def test_a_run_folder_holds_what_scripts_rely_on(cli: Cli, tmp_path: Path) -> No
     last = status(run)
     assert last["state"] == "done" and last["episode"] == 3 and last["steps"] == 90 and last["error"] is None
     assert last["coverage"] == rows[-1]["coverage"] == last["visited"] / last["visitable"] > 0
-    assert json.loads((run / "run.json").read_text())["command"].startswith("curionav ")
+    about = json.loads((run / "run.json").read_text())
+    assert about["command"].startswith("curionav explore env=small_room") and about["engine"] == "numpy"
 
 
 def test_off_a_terminal_there_is_one_plain_line_an_episode(cli: Cli) -> None:
