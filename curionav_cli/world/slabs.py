@@ -83,13 +83,12 @@ def _intervals(among: Among, pose: np.ndarray,
     return entry, leave, into[1] > into[0], _met(entry, leave)
 
 
-def _met(entry: np.ndarray, leave: np.ndarray) -> np.ndarray:
+def _met(entry: np.ndarray, leave: np.ndarray, out: np.ndarray | None = None) -> np.ndarray:
     """The bits of entry, uint32, with MISS set where it is not before leave. (np.where takes five times as long.)"""
     bits = (entry - leave).view(np.uint32)
     bits &= MISS
     bits ^= MISS
-    bits |= entry.view(np.uint32)
-    return bits
+    return np.bitwise_or(bits, entry.view(np.uint32), out=bits if out is None else out)
 
 
 def nearest(surfaces: Surfaces, pairs: Pairs, frames: int) -> np.ndarray:
@@ -129,9 +128,13 @@ def _open_rows(surfaces: Surfaces, pairs: Pairs) -> np.ndarray:
     entry, near = pairs.entry[first:, None], surfaces.near.take(box, axis=0)
     enter = np.maximum(near, entry)
     leave = np.minimum(surfaces.far.take(box, axis=0), pairs.leave[first:, None])
-    index = (near > entry) * np.int32(count)
-    index += np.arange(first, first + count, dtype=np.int32)[:, None]
-    return packed(_met(enter, leave), index)
+    both = np.empty((*near.shape, 2), "<u4")
+    index = np.subtract(entry, near, out=near).view(np.uint32)
+    index >>= 31  # 1 for a top, which is farther than the side
+    index *= count
+    np.add(index, np.arange(first, first + count, dtype=np.uint32)[:, None], out=both[..., 0])
+    _met(enter, leave, out=both[..., 1])
+    return both.view("<u8")[..., 0]
 
 
 def _over(best: np.ndarray, key: np.ndarray, pairs: Pairs) -> None:
