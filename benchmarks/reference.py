@@ -74,8 +74,8 @@ def rows(env: str, seeds: int, steps: int, drawn: dict[str, list[Curve]]) -> Ite
         for name, agent in agents(seed, world):
             found = curve(world, agent, seed, steps)
             drawn.setdefault(name, []).append(found)
-            yield {"env": env, "agent": name, "seed": seed, "steps": steps, "cells": found.total,
-                   **{f"coverage_at_{int(part * steps)}": int(found.at(int(part * steps))) / found.total for part in AT},
+            shares = {f"coverage_at_{int(part * steps)}": int(found.at(int(part * steps))) / found.total for part in AT}
+            yield {"env": env, "agent": name, "seed": seed, "steps": steps, "cells": found.total, **shares,
                    "area_under_curve": found.area(), "steps_to_50": found.steps_to(0.5),
                    "steps_to_80": found.steps_to(0.8), "steps_to_90": found.steps_to(0.9)}
 
@@ -130,8 +130,8 @@ def main() -> None:
     (options.out / "reference.md").write_text(
         "# The reference that every learner must beat\n\n"
         f"Written by `benchmarks/reference.py`: {options.steps} steps in episodes of {EPISODE} from one start, "
-        f"{options.seeds} seeds. Mean ± standard deviation of the coverage (share of visitable cells, marked by landing) "
-        "and of the area under its curve. `frontier` is an oracle that is told the map.\n\n"
+        f"{options.seeds} seeds. Mean ± standard deviation of the coverage (share of visitable cells, marked by "
+        "landing) and of the area under its curve. `frontier` is an oracle that is told the map.\n\n"
         + markdown(table) + "\n\n" + "\n".join(f"![{env}](coverage_{env}.png)" for env in ENVIRONMENTS) + "\n")
 
 

@@ -122,10 +122,17 @@ def dock() -> None:
     unfinished("dock", "the robot and its docking")
 
 
-@app.command(context_settings=UNFINISHED)
-def coverage() -> None:
-    """Draw coverage again from run folders. (still to come)"""
-    unfinished("coverage", "drawing finished runs again")
+@app.command()
+def coverage(
+    words: Annotated[list[str] | None, typer.Argument(
+        metavar="RUN... [marking=RULE] [denominator=CELLS]", show_default=False,
+        help="Folders of runs or sweeps. marking=landing|swept|footprint, denominator=visitable|floor; "
+             "without them all are shown.")] = None,
+) -> None:
+    """Count the coverage of finished runs again, by any marking rule and denominator, and draw it."""
+    from curionav_cli.commands import coverage
+
+    raise typer.Exit(coverage.run(words or []))
 
 
 @app.command(context_settings=UNFINISHED)

@@ -18,15 +18,21 @@ from curionav_cli.results.runs import Run
 
 SHOWN = ("agent", "seed", "coverage", "visited", "cells", "steps", "area", "to 50 %", "to 80 %", "forward", "left",
          "right", "cancelled", "state", "env", "learning")  # the most telling first: a narrow terminal shows fewer
+LEFT = ("agent", "state", "env", "marking", "of")
 
 
 def show(folder: Path, folders: Sequence[Path]) -> None:
     """The end of the run in `folder`, or of the sweep that has its runs in `folders`."""
-    console = Console() if sys.stdout.isatty() else Console(width=140)
+    console = a_console()
     if (folder / "config.yaml").exists():
         show_run(folder, console)
     elif names := {path.name for path in [*folders, *(file.parent for file in folder.glob("*/run.json"))]}:
         show_sweep(folder, [folder / name for name in sorted(names)], console)
+
+
+def a_console() -> Console:
+    """The terminal; a file gets lines of 140 characters."""
+    return Console() if sys.stdout.isatty() else Console(width=140)
 
 
 def show_run(folder: Path, console: Console) -> None:
@@ -87,19 +93,20 @@ def write_text(path: Path, text: str) -> None:
     write_whole(path, lambda file: file.write(text.encode()))
 
 
-def print_table(rows: Sequence[dict[str, Any]], console: Console) -> None:
+def print_table(rows: Sequence[dict[str, Any]], console: Console, shown: Sequence[str] = SHOWN) -> None:
     """As many columns as the terminal is wide."""
     headings = [heading for heading, _, _ in tables.COLUMNS]
     lines = [dict(zip(headings, tables.cells(row), strict=True)) for row in rows]
-    table = Table(box=SIMPLE, pad_edge=False, caption=tables.meaning(rows), caption_justify="left")
+    caption = None if "marking" in shown else tables.meaning(rows)
+    table = Table(box=SIMPLE, pad_edge=False, caption=caption, caption_justify="left")
     used = 0
-    for heading in SHOWN:
+    for heading in shown:
         used += 3 + max(len(heading), *(len(line[heading]) for line in lines))
         if used > console.width:
             break
-        table.add_column(heading, justify="left" if heading in ("agent", "state", "env") else "right", no_wrap=True)
+        table.add_column(heading, justify="left" if heading in LEFT else "right", no_wrap=True)
     for line in lines:
-        table.add_row(*(line[heading] for heading in SHOWN[:len(table.columns)]))
+        table.add_row(*(line[heading] for heading in shown[:len(table.columns)]))
     console.print(table)
 
 

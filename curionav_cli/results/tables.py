@@ -17,7 +17,7 @@ COLUMNS = (
     ("to 50 %", "steps_to_50", "{:,}"), ("to 80 %", "steps_to_80", "{:,}"), ("to 90 %", "steps_to_90", "{:,}"),
     ("forward", "forward", "{:.0%}"), ("left", "left", "{:.0%}"), ("right", "right", "{:.0%}"),
     ("cancelled", "cancelled", "{:.0%}"), ("acting", "seconds_acting", "{:.0f} s"),
-    ("learning", "seconds_learning", "{:.0f} s"),
+    ("learning", "seconds_learning", "{:.0f} s"), ("marking", "marking", "{}"), ("of", "denominator", "{}"),
 )
 
 

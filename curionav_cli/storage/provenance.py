@@ -17,7 +17,10 @@ PACKAGES = ("curionav", "numpy", "torch", "gymnasium", "hydra-core", "opencv-pyt
 
 
 def about(folder: Path, device: str, engine: str, seed: int) -> dict[str, Any]:
-    """Command, versions, machine, commit. engine: what draws the pictures. folder: where Hydra noted the overrides of this job."""
+    """Command, versions, machine, commit.
+
+    engine: what draws the pictures. folder: where Hydra noted the overrides of this job.
+    """
     noted = folder / ".hydra" / "overrides.yaml"
     overrides = yaml.safe_load(noted.read_text()) if noted.is_file() else []
     return {

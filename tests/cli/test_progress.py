@@ -19,7 +19,8 @@ def clock(monkeypatch: pytest.MonkeyPatch) -> list[float]:
     return now
 
 
-def test_a_plain_line_tells_speed_coverage_and_time_left(clock: list[float], capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_plain_line_tells_speed_coverage_and_time_left(
+        clock: list[float], capsys: pytest.CaptureFixture[str]) -> None:
     report = progress.PlainReport("random seed 0", Loop(500, 100, 10), first=4)
     clock[0] = 2.0
     report.acted(500)

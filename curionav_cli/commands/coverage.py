@@ -1,0 +1,58 @@
+"""curionav coverage RUN...: coverage counted again from stored poses, by any marking rule and denominator."""
+
+from __future__ import annotations
+
+import difflib
+from pathlib import Path
+
+from curionav_cli.commands.summary import a_console, print_files, print_table
+from curionav_cli.errors import ConfigError
+from curionav_cli.results import plots
+from curionav_cli.results.coverage import DENOMINATORS, RULES
+from curionav_cli.results.runs import Run
+from curionav_cli.storage.run_folder import RunFolder
+
+CHOICES = {"marking": tuple(RULES), "denominator": DENOMINATORS}
+SHOWN = ("agent", "seed", "marking", "of", "coverage", "visited", "cells", "area", "to 50 %", "to 80 %", "to 90 %",
+         "steps", "state", "env")
+
+
+def run(words: list[str]) -> int:
+    """Print a row for every run, rule and denominator, and draw them; the exit code.
+
+    words: folders of runs or sweeps, and marking=... or denominator=... to have only those.
+    """
+    chosen = dict(choice(word) for word in words if "=" in word)
+    folders = [run for word in words if "=" not in word for run in RunFolder.found(Path(word))]
+    if not folders:
+        raise ConfigError("Name the folder of a run or a sweep, as in: curionav coverage outputs/DATE/RUN")
+    rules, denominators = ((chosen[key],) if key in chosen else CHOICES[key] for key in CHOICES)
+    counted = [Run(folder, rule, denominator) for folder in folders for rule in rules for denominator in denominators]
+    console = a_console()
+    print_table([one.row() for one in counted], console, SHOWN)
+    for folder in folders:
+        print_files(console, folder.path, [name for one in counted if one.folder is folder for name in draw(one)])
+    return 0
+
+
+def choice(word: str) -> tuple[str, str]:
+    """'marking=swept' -> its key and value. Raises ConfigError for any other."""
+    key, _, value = word.partition("=")
+    if key not in CHOICES:
+        raise ConfigError(f"coverage has no setting {key}. It has: {', '.join(CHOICES)}.")
+    if value not in CHOICES[key]:
+        near = difflib.get_close_matches(value, CHOICES[key], 1)
+        raise ConfigError(f"{key}: {value!r} is not one of {', '.join(CHOICES[key])}."
+                          + (f" Did you mean {near[0]}?" if near else ""))
+    return key, value
+
+
+def draw(one: Run) -> list[str]:
+    """Heatmap and curve by this rule and denominator; their names in the run folder."""
+    share = f"{one.coverage.share:.1%} of {one.coverage.total} {one.denominator} cells"
+    figures = {"heatmap": plots.heatmap(one.coverage, f"{one.label}\n{share}"),
+               "coverage": plots.curves([one], one.label)}
+    names = {kind: f"figures/{kind}_{one.rule}_{one.denominator}.png" for kind in figures}
+    for kind, figure in figures.items():
+        plots.save(figure, one.folder.path / names[kind])
+    return list(names.values())
