@@ -5,6 +5,7 @@ from __future__ import annotations
 import errno
 import hashlib
 import logging
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -16,7 +17,7 @@ from curionav_cli.commands.launch import Request, launch
 from curionav_cli.commands.progress import Report, report
 from curionav_cli.commands.recorder import Recorder
 from curionav_cli.config.job import Outcome
-from curionav_cli.config.schema import Config
+from curionav_cli.config.schema import Config, Env
 from curionav_cli.config.settings import settings_yaml
 from curionav_cli.errors import RunFailed
 from curionav_cli.loop import LearnHere, live
@@ -39,6 +40,7 @@ def explore(settings: Config, folder: Path) -> RunFolder:
 
     Raises UserError before anything is written, RunFailed where the run cannot go on.
     """
+    settings = replace(settings, env=rooted(settings.env))
     config = settings_yaml(settings)
     world = build.scene(settings)
     run, plan = RunFolder(folder), world.plan
@@ -71,6 +73,12 @@ def explore(settings: Config, folder: Path) -> RunFolder:
             raise
         raise failure from error
     return run
+
+
+def rooted(env: Env) -> Env:
+    """Its files by absolute paths: a run is resumed from any folder."""
+    paths = {key: getattr(env, key) for key in ("map", "overlay")}
+    return replace(env, **{key: str(Path(path).expanduser().resolve()) for key, path in paths.items() if path})
 
 
 def live_run(settings: Config, run: RunFolder, world: Any, agent: Agent, fixed: dict[str, Any], first: int,

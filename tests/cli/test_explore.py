@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from pathlib import Path
 
+import cv2
 import numpy as np
 import pytest
 from entry import Cli
@@ -147,6 +148,22 @@ def test_resume_changes_only_the_number_of_episodes(cli: Cli, tmp_path: Path) ->
     for word, said in (("agent=bounce", "only loop.episodes may change"), ("loop.episodes=x", "not a number of")):
         refused = cli("resume", "run", word)
         assert refused.code == 2 and said in refused.error and len(refused.error.strip().splitlines()) == 1
+
+
+def test_a_run_on_a_map_is_resumed_from_another_folder(
+        cli: Cli, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    cv2.imwrite(str(tmp_path / "room.png"), np.pad(np.full((60, 80), 254, np.uint8), 3))
+    (tmp_path / "room.yaml").write_text("image: room.png\nresolution: 0.05\norigin: [0, 0, 0]\n"
+                                        "negate: 0\noccupied_thresh: 0.65\nfree_thresh: 0.196\n")
+    words = ("env=map", "env.map=room.yaml", "agent=bounce", "loop.steps=20", "loop.episodes=1")
+    done = cli("explore", *words, "hydra.run.dir=run")
+    assert done.code == 0, done.error
+    (tmp_path / "elsewhere").mkdir()
+    monkeypatch.chdir(tmp_path / "elsewhere")
+    assert cli("resume", "../run", "loop.episodes=2").code == 0
+    cv2.imwrite(str(tmp_path / "room.png"), np.pad(np.full((50, 80), 254, np.uint8), 3))  # another building
+    refused = cli("resume", "../run", "loop.episodes=3")
+    assert refused.code == 2 and "visitable cells (sha256) was" in refused.error
 
 
 def test_a_half_written_run_is_named(cli: Cli, tmp_path: Path) -> None:
