@@ -77,8 +77,9 @@ def explore(settings: Config, folder: Path) -> RunFolder:
 
 def rooted(env: Env) -> Env:
     """Its files by absolute paths: a run is resumed from any folder."""
-    paths = {key: getattr(env, key) for key in ("map", "overlay")}
-    return replace(env, **{key: str(Path(path).expanduser().resolve()) for key, path in paths.items() if path})
+    def absolute(path: str | None) -> str | None:
+        return str(Path(path).expanduser().resolve()) if path else None
+    return replace(env, map=absolute(env.map), overlay=absolute(env.overlay))
 
 
 def live_run(settings: Config, run: RunFolder, world: Any, agent: Agent, fixed: dict[str, Any], first: int,
