@@ -53,6 +53,8 @@ class Frontier(Agent):
         A wave of poses (columns x, y, heading) grows by all three actions at once; of the poses that
         share a cell and a heading the first is kept.
         """
+        if self.visited[self.plan.visitable].all():
+            return []
         pose = np.array([[x, y, heading]])
         seen = np.zeros(self.visited.size * HEADINGS, bool)
         waves: list[tuple[np.ndarray, np.ndarray]] = []  # (action, parent's row in the wave before)
