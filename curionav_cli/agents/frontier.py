@@ -59,25 +59,34 @@ class Frontier(Agent):
         seen = np.zeros(self.visited.size * HEADINGS, bool)
         waves: list[tuple[np.ndarray, np.ndarray]] = []  # (action, parent's row in the wave before)
         while len(pose):
-            pose, action, parent = self.grow(pose)
-            row, column = self.plan.cells(pose[:, 0], pose[:, 1])
-            cell = np.ravel_multi_index((row, column), self.visited.shape)
-            _, first = np.unique(cell * HEADINGS + pose[:, 2].astype(np.int64), return_index=True)
-            first = np.sort(first)
-            first = first[~seen[cell[first] * HEADINGS + pose[first, 2].astype(np.int64)]]
-            seen[cell[first] * HEADINGS + pose[first, 2].astype(np.int64)] = True
+            pose, action, parent = self.grow(pose, seen)
+            place = self.places(pose)
+            fresh = np.flatnonzero(~seen[place])
+            _, first = np.unique(place[fresh], return_index=True)
+            first = fresh[np.sort(first)]
+            seen[place[first]] = True
             waves.append((action[first], parent[first]))
-            pose, new = pose[first], np.flatnonzero(~self.visited.flat[cell[first]])
+            pose, new = pose[first], np.flatnonzero(~self.visited.flat[place[first] // HEADINGS])
             if len(new):
                 return trace(waves, int(new[0]))
         return []
 
-    def grow(self, pose: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """All poses one action further, with the action and the row they came from."""
+    def places(self, pose: np.ndarray) -> np.ndarray:
+        """One number for the cell and heading of each pose."""
+        row, column = self.plan.cells(pose[:, 0], pose[:, 1])
+        return (row * self.visited.shape[1] + column) * HEADINGS + pose[:, 2].astype(np.int64)
+
+    def grow(self, pose: np.ndarray, seen: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """All poses one action further, with the action and the row they came from.
+
+        A move ahead is looked at closely only where it leads to a free place that was not `seen` yet.
+        """
         x, y, heading = pose[:, 0], pose[:, 1], pose[:, 2].astype(np.int64)
-        clear = np.flatnonzero(forward_clear(self.plan.visitable, self.plan.cell, x, y, heading))
-        ahead = np.stack([x[clear] + STEP * COS[heading[clear]], y[clear] + STEP * SIN[heading[clear]],
-                          heading[clear]], 1)
+        ahead = np.stack([x + STEP * COS[heading], y + STEP * SIN[heading], heading], 1)
+        place = self.places(ahead)
+        clear = np.flatnonzero(~seen[place] & self.plan.visitable.flat[place // HEADINGS])
+        clear = clear[forward_clear(self.plan.visitable, self.plan.cell, x[clear], y[clear], heading[clear])]
+        ahead = ahead[clear]
         left = np.stack([x, y, (heading + 1) % HEADINGS], 1)
         right = np.stack([x, y, (heading - 1) % HEADINGS], 1)
         rows = np.arange(len(pose))
