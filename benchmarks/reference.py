@@ -81,12 +81,13 @@ def lives(env: str, seeds: int, steps: int, pool: ProcessPoolExecutor) -> dict[s
 
 
 def rows(env: str, curves: dict[str, list[Curve]]) -> Iterator[dict[str, Any]]:
-    for agent, seed, curve in ((agent, seed, curve) for agent in curves for seed, curve in enumerate(curves[agent])):
-        shares = {f"coverage_at_{int(part * curve.steps)}": int(curve.at(int(part * curve.steps))) / curve.total
-                  for part in AT}
-        yield {"env": env, "agent": agent, "seed": seed, "steps": curve.steps, "cells": curve.total, **shares,
-               "area_under_curve": curve.area(), "steps_to_50": curve.steps_to(0.5),
-               "steps_to_80": curve.steps_to(0.8), "steps_to_90": curve.steps_to(0.9)}
+    for agent, lived in curves.items():
+        for seed, curve in enumerate(lived):
+            shares = {f"coverage_at_{int(part * curve.steps)}": int(curve.at(int(part * curve.steps))) / curve.total
+                      for part in AT}
+            yield {"env": env, "agent": agent, "seed": seed, "steps": curve.steps, "cells": curve.total, **shares,
+                   "area_under_curve": curve.area(), "steps_to_50": curve.steps_to(0.5),
+                   "steps_to_80": curve.steps_to(0.8), "steps_to_90": curve.steps_to(0.9)}
 
 
 def picture(env: str, curves: dict[str, list[Curve]]) -> Figure:
