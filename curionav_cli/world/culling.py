@@ -1,7 +1,8 @@
 """Which boxes a frame can see at all, so that a big map costs little more than a small one.
 
-Boxes are listed by the 2 m tile the camera stands in, out to the far plane, and cut down to the
-camera's wedge. Which boxes are tried never changes a picture, only its cost.
+Boxes are listed by the 1 m tile that the camera stands in, out to the far plane, and cut down to the
+wedge that it may see from there; a list is kept for the next frame in this tile with this heading. Which
+boxes are tried never changes a picture, only its cost.
 """
 
 from __future__ import annotations
@@ -13,7 +14,9 @@ import numpy as np
 from curionav_cli.geometry import rectangle_distance
 from curionav_cli.world.surfaces import Surfaces
 
-TILE = 2.0
+Tile = tuple[int, int]
+TILE = 1.0
+MOST_WEDGES = 4096  # kept; 36 for each tile that was turned in
 FEW = 96  # below this, trying every box is cheaper than choosing
 MANY = 600  # above this, boxes farther than NEAR_REACH are haze
 REACH, NEAR_REACH = 60.0, 12.0
@@ -36,50 +39,69 @@ class Culling:
         low, high = surfaces.bounds[:, :, :surfaces.boxes]  # (2, K) each
         self._middle, self._half = 0.5 * (low + high).T, 0.5 * (high - low).T
         self._tangent = tangent
-        self._tiles: dict[tuple[int, int], np.ndarray] = {}
+        self._tiles: dict[Tile, np.ndarray] = {}
+        self._wedges: dict[tuple[Tile, float, float], Among] = {}
         self._every = np.arange(surfaces.boxes)
-        self._everything = self._among([self._every])
+        self._everything = self._among(self._every)
 
     def __call__(self, x: np.ndarray, y: np.ndarray, cosine: np.ndarray, sine: np.ndarray) -> Among:
         if self._surfaces.boxes <= FEW:
             return self._everything
         poses = zip(x.tolist(), y.tolist(), cosine.tolist(), sine.tolist(), strict=True)
-        return self._among([self._wedge(*pose) for pose in poses])
+        return _together([self._wedge(*pose) for pose in poses], self._surfaces)
 
     def lists(self, x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """The boxes near each place, one after another, and where each list ends; one list where all share it."""
         if self._surfaces.boxes <= FEW:
             return self._every, np.array([len(self._every)])
-        lists = [self.near(*place) for place in zip(x.tolist(), y.tolist(), strict=True)]
+        lists = [self.near(_tile(*place)) for place in zip(x.tolist(), y.tolist(), strict=True)]
         return np.concatenate(lists), np.cumsum([len(boxes) for boxes in lists])
 
-    def _among(self, lists: list[np.ndarray]) -> Among:
-        count, walls = self._surfaces.boxes, self._surfaces.walls
-        split = [int(np.searchsorted(boxes, walls)) for boxes in lists]
-        shut = max(split) + 1
-        most = shut + max(len(boxes) - at for boxes, at in zip(lists, split, strict=True))
-        among = np.full((len(lists), most), count + 1)
-        among[:, shut - 1] = count
-        for row, boxes, at in zip(among, lists, split, strict=True):
-            row[:at], row[shut:shut + len(boxes) - at] = boxes[:at], boxes[at:]
-        return Among(among, self._surfaces.bounds.take(among, axis=2), shut)
+    def _among(self, boxes: np.ndarray) -> Among:
+        """The same for one frame: FAR_BOX comes in between the closed boxes and the open ones."""
+        shut = int(np.searchsorted(boxes, self._surfaces.walls))
+        boxes = np.insert(boxes, shut, self._surfaces.boxes)[None]
+        return Among(boxes, self._surfaces.bounds.take(boxes, axis=2), shut + 1)
 
-    def _wedge(self, x: float, y: float, cosine: float, sine: float) -> np.ndarray:
-        """The boxes of this tile that reach into the wedge between the image's left and right edge."""
-        boxes = self.near(x, y)
-        dx, dy = (self._middle.take(boxes, axis=0) - (x, y)).T
-        wide, deep = self._half.take(boxes, axis=0).T
-        ahead, aside = cosine * dx + sine * dy, sine * dx - cosine * dy
-        reach = ahead + abs(cosine) * wide + abs(sine) * deep
-        inmost = np.abs(aside) - abs(sine) * wide - abs(cosine) * deep
-        return boxes[(reach > 0.0) & (inmost < reach * self._tangent)]
+    def _wedge(self, x: float, y: float, cosine: float, sine: float) -> Among:
+        """The boxes that some camera in this tile with this direction may see between left and right edge."""
+        tile = _tile(x, y)
+        if (tile, cosine, sine) not in self._wedges:
+            if len(self._wedges) == MOST_WEDGES:
+                self._wedges.clear()
+            boxes = self.near(tile)
+            dx, dy = (self._middle.take(boxes, axis=0) - TILE * (np.array(tile) + 0.5)).T
+            wide, deep = (self._half.take(boxes, axis=0) + 0.5 * TILE).T
+            ahead, aside = cosine * dx + sine * dy, sine * dx - cosine * dy
+            reach = ahead + abs(cosine) * wide + abs(sine) * deep
+            inmost = np.abs(aside) - abs(sine) * wide - abs(cosine) * deep
+            seen = boxes[(reach > 0.0) & (inmost < reach * self._tangent)]
+            self._wedges[tile, cosine, sine] = self._among(seen)
+        return self._wedges[tile, cosine, sine]
 
-    def near(self, x: float, y: float) -> np.ndarray:
-        """The boxes within reach of the tile around this place, ascending."""
-        tile = (int(x // TILE), int(y // TILE))
+    def near(self, tile: Tile) -> np.ndarray:
+        """The boxes within reach of a tile, ascending."""
         if tile not in self._tiles:
             low, high = TILE * np.array(tile), TILE * (np.array(tile) + 1)
             across, along = self._middle.T
             away = rectangle_distance(across, along, low, high) - np.hypot(*self._half.T)
             self._tiles[tile] = np.flatnonzero(away < self.reach)
         return self._tiles[tile]
+
+
+def _tile(x: float, y: float) -> Tile:
+    return int(x // TILE), int(y // TILE)
+
+
+def _together(frames: list[Among], surfaces: Surfaces) -> Among:
+    """Several frames as one, filled up with EMPTY to the longest list."""
+    if len(frames) == 1:
+        return frames[0]
+    walls = max(frame.walls for frame in frames)
+    most = walls + max(frame.boxes.size - frame.walls for frame in frames)
+    boxes = np.full((len(frames), most), surfaces.boxes + 1)
+    boxes[:, walls - 1] = surfaces.boxes
+    for row, frame in zip(boxes, frames, strict=True):
+        one, at = frame.boxes[0], frame.walls - 1
+        row[:at], row[walls:walls + len(one) - at - 1] = one[:at], one[at + 1:]
+    return Among(boxes, surfaces.bounds.take(boxes, axis=2), walls)

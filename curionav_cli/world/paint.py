@@ -49,13 +49,17 @@ class NumpyEngine:
         self._plane_stride = surfaces.stride[rows, None]
         self._plane_address = surfaces.address[rows, None]
         self._plane_light = surfaces.light[rows]
+        self._sides = np.stack([surfaces.side_along, surfaces.side_shift, surfaces.side_mip, surfaces.side_light,
+                                surfaces.side_up, surfaces.side_foot], axis=1)
+        self._flats = np.stack([surfaces.near.ravel(), surfaces.x_scale, surfaces.x_shift, surfaces.y_scale,
+                                surfaces.y_shift, surfaces.light], axis=1)
 
     def draw(self, x: np.ndarray, y: np.ndarray, cosine: np.ndarray, sine: np.ndarray, rays: Rays,
              brightness: np.ndarray, rgb: np.ndarray, depth: np.ndarray) -> None:
         """rgb (B, R, C, 3) uint8 and depth (B, R, C) float32 become the pictures of B poses."""
         for first in range(0, len(x), CHUNK):
             part = slice(first, first + CHUNK)
-            pose = np.stack([x[part], y[part]])
+            pose = np.array([x[part], y[part]])
             among = self._view.culling(x[part], y[part], cosine[part], sine[part])
             self._draw(pose, among, Rays(*(table[part] for table in rays)), brightness[part].astype(np.float32),
                        rgb[part], depth[part])
@@ -85,27 +89,25 @@ class NumpyEngine:
         unpack(lit(texel, light.view(np.uint32)), rgb)
 
     def _texels(self, pairs: Pairs, rays: Rays, place: np.ndarray, brightness: np.ndarray) -> Texels:
-        surfaces = self._view.surfaces
         frame, columns = pairs.column // rays.run.shape[2], rays.run.shape[2]
         across = pairs.ray // columns & 1
         other = pairs.ray + columns - 2 * columns * across
         side = pairs.box * 4 + rays.face.take(pairs.ray)
+        scale, shift, mip, light, up, foot = self._sides.take(side, axis=0).T
         along = rays.run.take(other) * pairs.entry
         along += place[1 - across, frame]
-        along *= surfaces.side_along.take(side)
-        along += surfaces.side_shift.take(side)
+        along *= scale
+        along += shift
         wide = pairs.entry * pairs.entry
         wide *= np.abs(rays.rate.take(pairs.ray))
-        wide *= surfaces.side_mip.take(side)
+        wide *= mip
         exponent = wide.view(np.int32) >> 23
         base = ((along.astype(np.int32) & (SIZE - 1)) >> EXPONENT.take(exponent)) * SIZE
         base += OFFSET_OF.take(exponent)
-        base += surfaces.side_base.take(side)
-        light = surfaces.side_light.take(side)
+        base += self._view.surfaces.side_base.take(side)
         light /= np.float32(HAZE) * pairs.entry + np.float32(1.0)
         light *= brightness.take(frame)
-        return self._and_planes(pairs, surfaces.side_up.take(side) * pairs.entry, surfaces.side_foot.take(side),
-                                base, light, brightness)
+        return self._and_planes(pairs, up * pairs.entry, foot, base, light, brightness)
 
     def _and_planes(self, pairs: Pairs, rise: np.ndarray, foot: np.ndarray, base: np.ndarray, light: np.ndarray,
                     brightness: np.ndarray) -> Texels:
@@ -137,17 +139,18 @@ class NumpyEngine:
         flat = np.flatnonzero(light == TOP) if tops else ()
         if not len(flat):
             return
-        surfaces, (_, rows, columns) = self._view.surfaces, seen.shape
+        _, rows, columns = seen.shape
         pixel_row, column = flat // columns, flat % columns
         frame = pixel_row // rows
         cell = pairs.box.take(seen.take(flat) - tops) * rows + pixel_row % rows
-        away, ray = surfaces.near.take(cell), 2 * columns * frame + column
+        away, x_scale, x_shift, y_scale, y_shift, shine = self._flats.take(cell, axis=0).T
+        ray = 2 * columns * frame + column
         east = rays.run.take(ray) * away + place[0].take(frame)
         north = rays.run.take(ray + columns) * away + place[1].take(frame)
-        u = (east * surfaces.x_scale.take(cell) + surfaces.x_shift.take(cell)).astype(np.int32)
-        v = (north * surfaces.y_scale.take(cell) + surfaces.y_shift.take(cell)).astype(np.int32)
-        address.ravel()[flat] = surfaces.address.take(cell) + u * SIZE + v
-        light.ravel()[flat] = surfaces.light.take(cell) * brightness.take(frame)
+        u = (east * x_scale + x_shift).astype(np.int32)
+        v = (north * y_scale + y_shift).astype(np.int32)
+        address.ravel()[flat] = self._view.surfaces.address.take(cell) + u * SIZE + v
+        light.ravel()[flat] = shine * brightness.take(frame)
 
 
 def lit(texel: np.ndarray, light: np.ndarray) -> np.ndarray:

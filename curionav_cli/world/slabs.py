@@ -29,7 +29,10 @@ class Rays(NamedTuple):
 
 
 class Pairs(NamedTuple):
-    """N + P pairs, the open ones in layers: each column's first, each column's second, and so on."""
+    """N + P pairs, the open ones in layers: each column's first, each column's second, and so on.
+
+    A layer begins with the columns that have the most, so the next one is about the first so many of them.
+    """
 
     walls: int  # N
     layers: np.ndarray  # where each layer but the first begins, counted from N
@@ -55,11 +58,12 @@ def find_pairs(among: Among, pose: np.ndarray, directions: Rays, reach: float) -
     entry[:, walls - 1] = reach
     met[:, walls - 1] = entry[:, walls - 1].view(np.uint32)
     shut = met[:, :walls]
-    ahead = np.flatnonzero((met[:, walls:] <= shut.min(axis=1)[:, None]).transpose(0, 2, 1))
+    ahead = (met[:, walls:] <= shut.min(axis=1)[:, None]).transpose(0, 2, 1).ravel().nonzero()[0]
     column, k = np.divmod(ahead, max(boxes - walls, 1))
-    turn = np.arange(len(column)) - np.searchsorted(column, column)
-    order = np.argsort(turn, kind="stable")
     before = np.arange(len(entry) * columns)
+    count = np.bincount(column, minlength=len(before))
+    turn = np.arange(len(column)) - (np.cumsum(count) - count).take(column)
+    order = np.argsort((boxes + 1) * turn - count.take(column), kind="stable")
     column = np.concatenate([before, column.take(order)])
     k = np.concatenate([shut.argmin(axis=1).ravel(), k.take(order) + walls])
     frame, across = column // columns, column % columns
@@ -138,9 +142,10 @@ def _open_rows(surfaces: Surfaces, pairs: Pairs) -> np.ndarray:
 
 
 def _over(best: np.ndarray, key: np.ndarray, pairs: Pairs) -> None:
-    """best (N, R) becomes the minimum of itself and the rows of its column's open pairs."""
-    column = pairs.column[pairs.walls:]
-    ends = [0, *pairs.layers.tolist(), len(column)]
-    for first, last in pairwise(ends):
-        there = column[first:last]
-        best[there] = np.minimum(best.take(there, axis=0), key[first:last])
+    """best (N, R) becomes the minimum of itself and the rows of its column's open pairs; key is used up."""
+    ends = [0, *pairs.layers.tolist(), len(key)]
+    for first, last in pairwise(ends[1:]):
+        least = key[:last - first]
+        np.minimum(least, key[first:last], out=least)
+    there = pairs.column[pairs.walls:][:ends[1]]
+    best[there] = np.minimum(best.take(there, axis=0), key[:ends[1]])
