@@ -27,7 +27,13 @@ def show(folder: Path, folders: Sequence[Path]) -> None:
     if (folder / "config.yaml").exists():
         show_run(folder, console)
     elif names := {path.name for path in [*folders, *(file.parent for file in folder.glob("*/run.json"))]}:
-        show_sweep(folder, [folder / name for name in sorted(names)], console)
+        show_sweep(folder, [folder / name for name in sorted(names, key=job_number)], console)
+
+
+def job_number(name: str) -> tuple[int, str]:
+    """Sorts 2_small_room_random_0 before 10_small_room_random_8."""
+    number = name.split("_")[0]
+    return (int(number) if number.isdecimal() else -1, name)
 
 
 def a_console() -> Console:
@@ -83,10 +89,16 @@ def draw(root: Path, runs: Sequence[Run]) -> list[str]:
     for env in dict.fromkeys(run.env for run in runs):
         same = [run for run in runs if run.env == env]
         (root / "figures").mkdir(exist_ok=True)
-        for kind, figure in (("coverage", plots.curves(same, env)), ("heatmaps", plots.heatmaps(same[:12]))):
+        for kind, figure in (("coverage", plots.curves(same, env)), ("heatmaps", plots.heatmaps(one_each(same)))):
             plots.save(figure, root / "figures" / f"{kind}_{env}.png")
             made.append(f"figures/{kind}_{env}.png")
     return made
+
+
+def one_each(runs: Sequence[Run]) -> list[Run]:
+    """The first run of every agent; of a single agent the first eight."""
+    first = list({run.agent: run for run in reversed(runs)}.values())[::-1]
+    return first if len(first) > 1 else list(runs[:8])
 
 
 def write_text(path: Path, text: str) -> None:
