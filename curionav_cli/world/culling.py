@@ -1,8 +1,8 @@
 """Which boxes a frame can see at all, so that a big map costs little more than a small one.
 
-Boxes are listed by the 1 m tile that the camera stands in, out to the far plane, and cut down to the
-wedge that it may see from there; a list is kept for the next frame in this tile with this heading. Which
-boxes are tried never changes a picture, only its cost.
+Boxes are listed by the 2 m tile that the camera stands in, out to the far plane, and cut down to the
+wedge that it may see from its square metre; a list is kept for the next frame there with this heading.
+Which boxes are tried never changes a picture, only its cost.
 """
 
 from __future__ import annotations
@@ -15,8 +15,9 @@ from curionav_cli.geometry import rectangle_distance
 from curionav_cli.world.surfaces import Surfaces
 
 Tile = tuple[int, int]
-TILE = 1.0
-MOST_WEDGES = 4096  # kept; 36 for each tile that was turned in
+TILE = 2.0
+SPOT = 1.0
+MOST_WEDGES = 4096  # kept; 36 for each spot that was turned in
 FEW = 96  # below this, trying every box is cheaper than choosing
 MANY = 600  # above this, boxes farther than NEAR_REACH are haze
 REACH, NEAR_REACH = 60.0, 12.0
@@ -54,7 +55,7 @@ class Culling:
         """The boxes near each place, one after another, and where each list ends; one list where all share it."""
         if self._surfaces.boxes <= FEW:
             return self._every, np.array([len(self._every)])
-        lists = [self.near(_tile(*place)) for place in zip(x.tolist(), y.tolist(), strict=True)]
+        lists = [self.near(*place) for place in zip(x.tolist(), y.tolist(), strict=True)]
         return np.concatenate(lists), np.cumsum([len(boxes) for boxes in lists])
 
     def _among(self, boxes: np.ndarray) -> Among:
@@ -64,33 +65,30 @@ class Culling:
         return Among(boxes, self._surfaces.bounds.take(boxes, axis=2), shut + 1)
 
     def _wedge(self, x: float, y: float, cosine: float, sine: float) -> Among:
-        """The boxes that some camera in this tile with this direction may see between left and right edge."""
-        tile = _tile(x, y)
-        if (tile, cosine, sine) not in self._wedges:
+        """The boxes that some camera in this spot with this direction may see between left and right edge."""
+        spot = (int(x // SPOT), int(y // SPOT))
+        if (spot, cosine, sine) not in self._wedges:
             if len(self._wedges) == MOST_WEDGES:
                 self._wedges.clear()
-            boxes = self.near(tile)
-            dx, dy = (self._middle.take(boxes, axis=0) - TILE * (np.array(tile) + 0.5)).T
-            wide, deep = (self._half.take(boxes, axis=0) + 0.5 * TILE).T
+            boxes = self.near(x, y)
+            dx, dy = (self._middle.take(boxes, axis=0) - SPOT * (np.array(spot) + 0.5)).T
+            wide, deep = (self._half.take(boxes, axis=0) + 0.5 * SPOT).T
             ahead, aside = cosine * dx + sine * dy, sine * dx - cosine * dy
             reach = ahead + abs(cosine) * wide + abs(sine) * deep
             inmost = np.abs(aside) - abs(sine) * wide - abs(cosine) * deep
             seen = boxes[(reach > 0.0) & (inmost < reach * self._tangent)]
-            self._wedges[tile, cosine, sine] = self._among(seen)
-        return self._wedges[tile, cosine, sine]
+            self._wedges[spot, cosine, sine] = self._among(seen)
+        return self._wedges[spot, cosine, sine]
 
-    def near(self, tile: Tile) -> np.ndarray:
-        """The boxes within reach of a tile, ascending."""
+    def near(self, x: float, y: float) -> np.ndarray:
+        """The boxes within reach of the tile around this place, ascending."""
+        tile = (int(x // TILE), int(y // TILE))
         if tile not in self._tiles:
             low, high = TILE * np.array(tile), TILE * (np.array(tile) + 1)
             across, along = self._middle.T
             away = rectangle_distance(across, along, low, high) - np.hypot(*self._half.T)
             self._tiles[tile] = np.flatnonzero(away < self.reach)
         return self._tiles[tile]
-
-
-def _tile(x: float, y: float) -> Tile:
-    return int(x // TILE), int(y // TILE)
 
 
 def _together(frames: list[Among], surfaces: Surfaces) -> Among:
