@@ -25,7 +25,7 @@ class Frontier(Agent):
         super().__init__(seed)
         self.world, self.seed = world, seed
         self.plan: FloorPlan = world.plan
-        self.visited = np.zeros(self.plan.visitable.shape, bool)
+        self.visited: np.ndarray = np.zeros(self.plan.visitable.shape, bool)
         self.episode = -1
         self.way: list[int] = []
         self.wait = 0
