@@ -40,6 +40,8 @@ START_ROOM = 0.1  # metres beside the robot that nothing may be moved into
 def construct(raw: dict[str, Any], source: str) -> dict[str, Any]:
     """The fields of the Scene that this dict describes. Raises SceneError or MapError."""
     env, source = overlaid(settings(raw, source), source)
+    if env.start is not None:
+        _pose(env.start, "start", source)
     lists = lists_of(env, source)
     site = open_map(env, lists) if env.map else four_walls(env, lists.rooms, source)
     items = _items(lists, source)

@@ -120,6 +120,8 @@ def test_gymnasium_takes_it_too(office: Path) -> None:
     ({"furniture": [{"kind": "chiar", "x": 1, "y": 1}]}, "looks.yaml: furniture[0].kind: there is no furniture chiar"),
     ({"moves": [{"item": "sofa", "every": 1, "to": [[1, 1]]}]}, "looks.yaml: moves[0].item: no piece"),
     ({"dock": [1.0]}, "looks.yaml: dock must be [x, y, degrees]"),
+    ({"start": 5}, "looks.yaml: start must be a list of numbers, not 5"),
+    ({"start": ["a", "b", 0]}, "looks.yaml: start must be a list of numbers, not ['a', 'b', 0]"),
 ])
 def test_mistakes_name_the_overlay_and_the_key(office: Path, change: dict[str, Any], said: str) -> None:
     with pytest.raises(SceneError) as caught:

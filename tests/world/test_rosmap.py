@@ -180,6 +180,13 @@ def test_files_that_are_no_map(tmp_path: Path) -> None:
         Scene.from_dict(*plain("map"))
 
 
+@pytest.mark.parametrize("start", [[], [1], [float("nan"), 1, 0], ["a", "b", 0], 5, [1, 1, 45]])
+def test_a_start_that_is_no_pose_is_refused_before_the_map_is_searched(tmp_path: Path, start) -> None:
+    with pytest.raises(SceneError, match=r"start must be (\[x, y, degrees\]|a list of numbers)") as caught:
+        open_house(tmp_path, house(), start=start)
+    assert "\n" not in str(caught.value)
+
+
 def test_a_robot_too_wide_is_told_so(tmp_path: Path) -> None:
     path = write_map(tmp_path, house())
     with pytest.raises(SceneError, match="of radius 3 m fits nowhere"):
