@@ -49,8 +49,11 @@ def dress(free: np.ndarray, resolution: float, height: float,
     floor_of = rng.permutation(len(FLOORS))[np.arange(room.max() + 2) % len(FLOORS)]
     boxes, walls = _solids(~free, resolution, told.solids)
     islands, material, tall = _islands(walls, resolution, height, rng)
-    padded = np.pad(room, 1, constant_values=-1)
-    for r0, c0, r1, c1 in _cut(mesh(walls, max(1, round(LONGEST / resolution))), told.rooms, resolution):
+    islands = np.pad(islands, (0, 1))  # 0, a wall, just outside the map: at -1 too
+    padded = np.pad(room, 2, constant_values=-1)
+    longest = max(1, round(LONGEST / resolution))
+    pieces = np.concatenate([mesh(walls, longest), _edge(free, longest)])
+    for r0, c0, r1, c1 in _cut(pieces, told.rooms, resolution):
         island = islands[r0, c0]
         low, high = (c0 * resolution, r0 * resolution), (c1 * resolution, r1 * resolution)
         if island:
@@ -74,6 +77,13 @@ def _solids(occupied: np.ndarray, resolution: float, told: tuple[Solid, ...]) ->
             boxes.append(Box((c0, r0, 0.0), (c1, r1, solid.height), (solid.material,) * 4, solid.material,
                              fit=solid.fit))
     return boxes, left
+
+
+def _edge(free: np.ndarray, longest: int) -> np.ndarray:
+    """Rectangles as mesh gives them, just outside the map where free cells touch its border."""
+    beside = ndimage.binary_dilation(np.pad(free, 1), np.ones((3, 3)))
+    beside[1:-1, 1:-1] = False
+    return mesh(beside, longest, hidden=True) - 1
 
 
 def _inside(rect: tuple[float, ...], shape: tuple[int, ...], resolution: float) -> np.ndarray:
@@ -158,10 +168,10 @@ def _islands(solid: np.ndarray, resolution: float, height: float,
 def _rooms_beside(padded: np.ndarray, r0: int, c0: int, r1: int, c1: int) -> list[int]:
     """The room that each face looks at, west east south north; a hidden face takes any other's.
 
-    padded: the rooms' numbers with a border of one cell.
+    padded: the rooms' numbers with a border of two cells.
     """
-    strips = (padded[r0 + 1:r1 + 1, c0], padded[r0 + 1:r1 + 1, c1 + 1],
-              padded[r0, c0 + 1:c1 + 1], padded[r1 + 1, c0 + 1:c1 + 1])
+    strips = (padded[r0 + 2:r1 + 2, c0 + 1], padded[r0 + 2:r1 + 2, c1 + 2],
+              padded[r0 + 1, c0 + 2:c1 + 2], padded[r1 + 2, c0 + 2:c1 + 2])
     most = [int(np.bincount(strip + 1, minlength=2)[1:].argmax()) if (strip >= 0).any() else -1
             for strip in strips]
     return [number if number >= 0 else max(most) for number in most]
@@ -174,7 +184,7 @@ def _posters(room: np.ndarray, cells: tuple[int, int, int, int], resolution: flo
     found = []
     for face, first, last, line, name in ((SOUTH, c0, c1, r0 - 1, "south"), (NORTH, c0, c1, r1, "north"),
                                           (WEST, r0, r1, c0 - 1, "west"), (EAST, r0, r1, c1, "east")):
-        upright = face in (WEST, EAST)
+        upright, first = face in (WEST, EAST), max(first, 0)
         if not 0 <= line < room.shape[upright]:
             continue
         strip = (room[:, line] if upright else room[line])[first:last]

@@ -12,6 +12,7 @@ from scipy import ndimage
 from curionav_cli.errors import MapError, SceneError
 from curionav_cli.world.dressing import rooms
 from curionav_cli.world.meshing import mesh
+from curionav_cli.world.render import Renderer
 from curionav_cli.world.rosmap import FREE, OCCUPIED, UNKNOWN, MapWarning, read_map
 from curionav_cli.world.scene import Scene
 from curionav_cli.world.scene_file import plain
@@ -180,6 +181,20 @@ def test_files_that_are_no_map(tmp_path: Path) -> None:
         Scene.from_dict(*plain("map"))
 
 
+def test_the_edge_of_the_image_is_a_wall_that_is_seen(tmp_path: Path) -> None:
+    path = write_map(tmp_path, np.full((60, 80), 254))
+    path.write_text(path.read_text().replace("resolution: 0.1", "resolution: 0.05"))
+    scene = Scene.from_dict(*plain("map", map=str(path), radius=0.15))
+    assert scene.size == (4.0, 3.0) and scene.plan.floor.all() and not scene.plan.solid.any()
+    assert scene.plan.visitable.sum() == (60 - 6) * (80 - 6)
+    renderer = Renderer(scene)
+    for heading, away in ((0, 4.0 - 1.3), (9, 3.0 - 1.1), (18, 1.3), (27, 1.1)):
+        seen = renderer.render(1.3, 1.1, heading)[1][0, 31:33, 31:33]
+        assert seen == pytest.approx(np.full((2, 2), away), abs=0.01)
+    whole = renderer.render(np.full(36, 1.3), np.full(36, 1.1), np.arange(36))[1]
+    assert whole.max() < 5.0, "no gap in a corner"
+
+
 @pytest.mark.parametrize("start", [[], [1], [float("nan"), 1, 0], ["a", "b", 0], 5, [1, 1, 45]])
 def test_a_start_that_is_no_pose_is_refused_before_the_map_is_searched(tmp_path: Path, start) -> None:
     with pytest.raises(SceneError, match=r"start must be (\[x, y, degrees\]|a list of numbers)") as caught:
@@ -221,8 +236,6 @@ REAL = {
 @pytest.mark.ros
 @pytest.mark.parametrize("name", REAL)
 def test_real_maps_open_and_are_drawn(real_maps: Path, name: str, draw_spots) -> None:
-    from curionav_cli.world.render import Renderer
-
     scene = Scene.from_dict(*plain("map", map=str(real_maps / name)))
     assert scene.plan.floor.sum() * 0.0025 == pytest.approx(REAL[name], rel=0.12)
     assert scene.plan.visitable.sum() > 0.6 * scene.plan.floor.sum()
