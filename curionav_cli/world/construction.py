@@ -180,8 +180,7 @@ def _visitable(env: Env, lists: Lists, furniture: tuple[Furniture, ...], site: S
     boxes = _pack(env, lists, furniture, site, items, source)
     solid = boxes.solid(env.agent_height) & (boxes.item == FIXED)
     clear = clear_cells(boxes.low[solid, :2], boxes.high[solid, :2], site.size, site.cell, env.radius)
-    if site.keep is not None:
-        clear &= site.keep
+    clear &= site.floor
     if not clear.any():
         raise SceneError(f"{source}: a robot of radius {env.radius:g} m fits nowhere. Lower env.radius.")
     start = _start(env, clear, site, source)

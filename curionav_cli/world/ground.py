@@ -35,8 +35,8 @@ class Ground:
 class Site:
     """Four walls and a floor, or a ROS map: what the lists of a scene file are added to.
 
-    floor (rows, columns) bool: the cells of the building. keep, likewise: the cells that a robot may
-    use at all (none: every one). origin: of the lower-left corner, in the frame of a ROS map.
+    floor (rows, columns) bool: the cells of the building, the only ones that a robot may use.
+    origin: of the lower-left corner, in the frame of a ROS map.
     """
 
     size: tuple[float, float]
@@ -46,4 +46,3 @@ class Site:
     floor: np.ndarray
     lamps: tuple[tuple[float, float], ...] = ()
     origin: Pose = ORIGIN
-    keep: np.ndarray | None = None

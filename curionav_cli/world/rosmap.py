@@ -62,7 +62,7 @@ def open_map(env: Env, lists: Lists) -> Site:
     cell = env.cell or ros.resolution
     room = _at_centres(free, ros.resolution, grid_shape(size, cell), cell)
     boxes, ground, lamps = dress(free, ros.resolution, env.height, lists)
-    return Site(size, cell, boxes, ground, floor=room, lamps=lamps, origin=ros.origin, keep=room)
+    return Site(size, cell, boxes, ground, floor=room, lamps=lamps, origin=ros.origin)
 
 
 def read_map(path: Path, unknown_grey: int | None = None) -> RosMap:

@@ -43,6 +43,16 @@ def test_small_room_is_what_the_paper_says(small_room: Scene) -> None:
     assert np.array_equal(small_room.plan.visitable, recount(small_room))
 
 
+def test_only_the_floor_of_the_rooms_can_be_visited() -> None:
+    half = {"name": "half", "size": [4.0, 4.0], "cell": 0.1, "radius": 0.15, "camera": 0.45, "height": 2.4,
+            "start": [1.0, 1.0, 0], "rooms": [{"rect": [0, 0, 2, 4]}]}
+    plan = Scene.from_dict(half).plan
+    assert plan.floor.sum() == 20 * 40 and (plan.visitable <= plan.floor).all()
+    assert plan.visitable.sum() == (20 - 2) * (40 - 4), "the robot keeps off the walls, and stays in the room"
+    with pytest.raises(SceneError, match=r"the start \(3, 1\)"):
+        Scene.from_dict({**half, "start": [3.0, 1.0, 0]})
+
+
 def test_a_door_is_passed_and_a_wall_is_not(small) -> None:
     through = Scene.from_dict(small).plan.visitable
     small["walls"][0]["gaps"] = []
