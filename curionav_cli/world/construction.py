@@ -109,6 +109,8 @@ def _items(lists: Lists, source: str) -> tuple[Item, ...]:
     for index, move in enumerate(lists.moves):
         if move.item not in named:
             raise SceneError(f"{source}: moves[{index}].item: no piece of furniture is called {move.item}.")
+        if [piece.name for piece in lists.furniture].count(move.item) > 1:
+            raise SceneError(f"{source}: moves[{index}].item: more than one piece of furniture is called {move.item}.")
         if move.every < 1 or not move.to:
             raise SceneError(f"{source}: moves[{index}] needs every: 1 or more, and to: [[x, y], ...].")
     names = [move.item for move in lists.moves]

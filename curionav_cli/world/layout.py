@@ -65,6 +65,10 @@ def wall(spec: Wall, height: float, rooms: tuple[Room, ...], source: str, where:
     top = spec.height or height
     if {len(gap) for gap in spec.gaps} - {2, 3} or {len(hole) for hole in spec.windows} - {2, 4}:
         raise SceneError(f"{source}: {where}: a gap is [at, width, height], a window [at, width, sill, top].")
+    for key, holes in (("gaps", spec.gaps), ("windows", spec.windows)):
+        for index, hole in enumerate(holes):
+            if hole[1] <= 0:
+                raise SceneError(f"{source}: {where}.{key}[{index}]: its width must be more than 0, not {hole[1]:g}.")
     openings = [(gap[0], gap[1], 0.0, *(gap[2:] or (DOOR,))) for gap in spec.gaps]
     openings += [(hole[0], hole[1], *(hole[2:] or WINDOW)) for hole in spec.windows]
     stretches, at = [], start

@@ -74,6 +74,8 @@ def settings(raw: dict[str, Any], source: str) -> Env:
             raise SceneError(f"{source}: a scene needs the key {name}.")
     env = Env(**raw)
     for name, (least, most) in RANGES.items():
+        if getattr(env, name) is None and known[name].default is None:
+            continue
         _check_number(getattr(env, name), least, most, f"{source}: {name}")
     if not env.map and not env.size:
         raise SceneError(f"{source}: this scene needs a size: [x, y] in metres, "
@@ -87,8 +89,6 @@ def settings(raw: dict[str, Any], source: str) -> Env:
 
 
 def _check_number(value: Any, least: float, most: float, what: str) -> None:
-    if value is None:
-        return
     if isinstance(value, bool) or not isinstance(value, int | float) or not least <= value <= most:
         raise SceneError(f"{what} must be a number from {least:g} to {most:g}, not {value!r}.")
 

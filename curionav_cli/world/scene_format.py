@@ -116,6 +116,12 @@ class Move:
     to: tuple[Pair, ...]
 
 
+ABOVE_ZERO: dict[type, tuple[str, ...]] = {
+    Wall: ("thickness",), Poster: ("width", "height"), Furniture: ("w", "d", "h"), Repeat: ("times",),
+    Light: ("period",)}
+NOT_NEGATIVE: dict[type, tuple[str, ...]] = {Wall: ("height",), Light: ("sigma",)}
+
+
 def read(record: type[Record], raw: Any, source: str, where: str) -> Record:
     """The record in this plain dict. Raises SceneError naming file, key, and what it could have been."""
     if not isinstance(raw, dict):
@@ -125,9 +131,13 @@ def read(record: type[Record], raw: Any, source: str, where: str) -> Record:
     for name, field in known.items():
         if name not in raw and field.default is MISSING:
             raise SceneError(f"{source}: {where} lacks the key {name}.")
-    return record(**{
-        name: value(raw[name], str(known[name].type), source, f"{where}.{name}") for name in raw
-    })
+    values = {name: value(raw[name], str(known[name].type), source, f"{where}.{name}") for name in raw}
+    for name, number in values.items():
+        if name in ABOVE_ZERO.get(record, ()) and number <= 0:
+            raise SceneError(f"{source}: {where}.{name} must be more than 0, not {number:g}.")
+        if name in NOT_NEGATIVE.get(record, ()) and number < 0:
+            raise SceneError(f"{source}: {where}.{name} must be 0 or more, not {number:g}.")
+    return record(**values)
 
 
 def refuse_unknown(raw: dict[str, Any], known: Any, source: str, where: str) -> None:
@@ -145,7 +155,7 @@ def value(raw: Any, kind: str, source: str, where: str) -> Any:
         wanted, convert = _READERS[kind]
         try:
             return convert(raw)
-        except (TypeError, ValueError):
+        except (TypeError, ValueError, OverflowError):
             raise SceneError(f"{source}: {where} must be {wanted}, not {raw!r}.") from None
     return raw
 
