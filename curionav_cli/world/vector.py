@@ -59,7 +59,7 @@ class NavigationVectorEnv(gymnasium.vector.VectorEnv[Any, Any, Any]):
     def reset(self, *, seed: int | list[int | None] | None = None,
               options: dict[str, Any] | None = None) -> tuple[Observation, Info]:
         """seed s gives the worlds the lives s, s + 1, ...; a list names them; None sends them home."""
-        seeds = [seed + i for i in range(self.num_envs)] if isinstance(seed, int) else seed
+        seeds = [int(seed) + i for i in range(self.num_envs)] if isinstance(seed, int | np.integer) else seed
         options = options or {}
         which = np.flatnonzero(options.get("reset_mask", np.ones(self.num_envs, bool)))
         for world in which.tolist():

@@ -49,6 +49,13 @@ def test_it_is_single_worlds_side_by_side_to_the_byte(lively: Scene, seed) -> No
     assert ends == 2 * WORLDS
 
 
+def test_a_seed_may_be_any_integer(lively: Scene) -> None:
+    ours, theirs = NavigationVectorEnv(lively, 2), NavigationVectorEnv(lively, 2)
+    for seed in (np.int64(3), np.uint8(3), np.array([3, 4])):
+        for (one, other) in zip(ours.reset(seed=seed), theirs.reset(seed=3), strict=True):
+            assert same(one, other)
+
+
 def test_gymnasium_makes_it(small_room: Scene) -> None:
     register()
     env = gymnasium.make_vec("curionav/SmallRoom-v0", num_envs=3, max_episode_steps=4, radius=0.2)
