@@ -1,4 +1,4 @@
-"""The names under which gymnasium knows the world; import-light, because gymnasium calls it at import."""
+"""The names under which gymnasium knows the world; import-light, because it is loaded with gymnasium."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ SCENES = {
 
 
 def register() -> None:
-    """Called by gymnasium through the entry point `gymnasium.envs`."""
+    """Called by curionav_cli/__init__.py when gymnasium is there, or as soon as it is imported."""
     from gymnasium.envs.registration import register as register_one
     from gymnasium.envs.registration import registry
 
