@@ -8,10 +8,13 @@ import pytest
 from gymnasium.utils.env_checker import check_env
 
 from curionav_cli.errors import SceneError
+from curionav_cli.world import motion
 from curionav_cli.world.env import NavigationEnv
 from curionav_cli.world.motion import HEADINGS
 from curionav_cli.world.registration import SCENES, make, register
+from curionav_cli.world.render import Renderer
 from curionav_cli.world.scene import Scene
+from curionav_cli.world.scene_file import plain
 
 FORWARD, LEFT, RIGHT = 0, 1, 2
 
@@ -101,7 +104,33 @@ def test_moved_things_are_seen_and_told(small) -> None:
 
 def test_it_can_be_lived_in_without_drawing(small_room: Scene, monkeypatch) -> None:
     """Collision and coverage come from the plan alone."""
-    from curionav_cli.world import motion
+    def walk(step) -> list[tuple[float, float, bool]]:
+        return [step(action) for action in np.random.default_rng(2).choice(3, 200, p=(0.6, 0.35, 0.05))]
 
-    plan = small_room.plan
-    assert motion.forward(plan.visitable, plan.cell, plan.start.x, plan.start.y, 9)[2] is False
+    def seeing(action: int) -> tuple[float, float, bool]:
+        info = env.step(int(action))[4]
+        return float(info["pose"][0]), float(info["pose"][1]), info["collided"]
+
+    env = NavigationEnv(small_room)
+    env.reset(seed=0)
+    seen = walk(seeing)
+
+    def refuse(*_: object) -> None:
+        raise AssertionError("something was drawn")
+    for name in ("__init__", "render", "look"):
+        monkeypatch.setattr(Renderer, name, refuse)
+    scene = Scene.from_dict(*plain("small_room")).at(0, 0)[0]
+    plan, (x, y), heading = scene.plan, scene.plan.start[:2], scene.start_heading
+    visited = np.zeros_like(plan.visitable)
+
+    def blind(action: int) -> tuple[float, float, bool]:
+        nonlocal x, y, heading
+        collided = False
+        if action == FORWARD:
+            x, y, collided = motion.forward(plan.visitable, plan.cell, x, y, heading)
+        heading = (heading + (action == LEFT) - (action == RIGHT)) % HEADINGS
+        visited[plan.cells(x, y)] = True
+        return x, y, collided
+
+    assert walk(blind) == seen and {collided for *_, collided in seen} == {False, True}
+    assert visited.sum() > 10 and (visited <= plan.visitable).all()

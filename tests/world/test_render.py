@@ -12,7 +12,8 @@ import numpy as np
 import pytest
 
 from curionav_cli.world.boxes import Boxes
-from curionav_cli.world.motion import COS, SIN, YAW
+from curionav_cli.world.env import NavigationEnv
+from curionav_cli.world.motion import COS, HEADINGS, SIN, YAW
 from curionav_cli.world.render import FAR, SIDE, Renderer
 from curionav_cli.world.scene import Scene
 
@@ -145,8 +146,16 @@ def test_a_mirrored_scene_gives_a_mirrored_picture(small) -> None:
 
 
 def test_a_turn_of_360_degrees_gives_the_same_bytes(small_room: Scene) -> None:
-    renderer = Renderer(small_room)
-    assert renderer.render(0.6, 0.6, 36 % 36)[0].tobytes() == renderer.render(0.6, 0.6, 0)[0].tobytes()
+    for turn in (1, 2):
+        env = NavigationEnv(small_room)
+        first, info = env.reset(seed=0)
+        seen = {first["image"].tobytes()}
+        for _ in range(HEADINGS):
+            last, *_, now = env.step(turn)
+            seen.add(last["image"].tobytes())
+        assert len(seen) == HEADINGS, "each of the turns shows something else"
+        assert all(last[key].tobytes() == first[key].tobytes() for key in first)
+        assert now["pose"].tobytes() == info["pose"].tobytes()
 
 
 DIGEST = """
