@@ -1,12 +1,14 @@
 """Which boxes a frame can see at all, so that a big map costs little more than a small one.
 
-Boxes are listed by the 2 m tile that the camera stands in, out to the far plane, and cut down to the
-wedge that it may see from its square metre; a list is kept for the next frame there with this heading.
-Which boxes are tried never changes a picture, only its cost.
+Boxes are listed by the 2 m tile that the camera stands in, out to the corners of its picture at depth
+`reach`, and cut down to the wedge that it may see from its square metre; a list is kept for the next frame
+there with this heading. Nothing is drawn beyond depth `reach`, which in a scene of more than MANY boxes is
+NEAR_REACH: what is farther there is haze. Apart from that, which boxes are tried never changes a picture.
 """
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -19,7 +21,7 @@ TILE = 2.0
 SPOT = 1.0
 MOST_WEDGES = 4096  # kept; 36 for each spot that was turned in
 FEW = 96  # below this, trying every box is cheaper than choosing
-MANY = 600  # above this, boxes farther than NEAR_REACH are haze
+MANY = 600  # above this, what is deeper than NEAR_REACH is haze
 REACH, NEAR_REACH = 60.0, 12.0
 
 
@@ -40,6 +42,7 @@ class Culling:
         low, high = surfaces.bounds[:, :, :surfaces.boxes]  # (2, K) each
         self._middle, self._half = 0.5 * (low + high).T, 0.5 * (high - low).T
         self._tangent = tangent
+        self._slant = self.reach * math.hypot(1.0, tangent)  # the depth `reach` at the edge of a picture
         self._tiles: dict[Tile, np.ndarray] = {}
         self._wedges: dict[tuple[Tile, float, float], Among] = {}
         self._every = np.arange(surfaces.boxes)
@@ -87,7 +90,7 @@ class Culling:
             low, high = TILE * np.array(tile), TILE * (np.array(tile) + 1)
             across, along = self._middle.T
             away = rectangle_distance(across, along, low, high) - np.hypot(*self._half.T)
-            self._tiles[tile] = np.flatnonzero(away < self.reach)
+            self._tiles[tile] = np.flatnonzero(away < self._slant)
         return self._tiles[tile]
 
 

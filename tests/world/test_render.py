@@ -16,6 +16,7 @@ from curionav_cli.world.env import NavigationEnv
 from curionav_cli.world.motion import COS, HEADINGS, SIN, YAW
 from curionav_cli.world.render import FAR, SIDE, Renderer
 from curionav_cli.world.scene import Scene
+from curionav_cli.world.scene_file import plain
 
 
 def rays(scene: Scene, heading: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -143,6 +144,18 @@ def test_a_mirrored_scene_gives_a_mirrored_picture(small) -> None:
     _, depth = Renderer(scene).render(x, y, heading)
     _, mirrored = Renderer(Scene.from_dict(mirror)).render(3.0 - x, y, (18 - heading) % 36)
     assert (np.abs(mirrored[:, :, ::-1] - depth) > 3e-4).mean() < 1e-3
+
+
+def test_boxes_farther_than_the_haze_never_change_a_picture(draw_spots, monkeypatch) -> None:
+    monkeypatch.setattr("curionav_cli.world.culling.MANY", 0)
+    monkeypatch.setattr("curionav_cli.world.culling.NEAR_REACH", 4.0)
+    scene = Scene.from_dict(*plain("large_lab"))
+    poses = draw_spots(scene, 150, 5)
+    monkeypatch.setattr("curionav_cli.world.culling.FEW", 0)
+    chosen = Renderer(scene).render(*poses)
+    monkeypatch.setattr("curionav_cli.world.culling.FEW", 10**9)
+    every = Renderer(scene).render(*poses)
+    assert chosen[0].tobytes() == every[0].tobytes() and chosen[1].tobytes() == every[1].tobytes()
 
 
 def test_a_turn_of_360_degrees_gives_the_same_bytes(small_room: Scene) -> None:
