@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import asdict
+from importlib.util import find_spec
 from typing import Any
 
 from curionav_cli.agents.agent import Agent
 from curionav_cli.agents.frontier import Frontier
 from curionav_cli.agents.wanderers import Bounce, Random, Sticky
-from curionav_cli.config.schema import Config
+from curionav_cli.config.schema import Config, Device
+from curionav_cli.config.sources import AGENTS as SCHEMA
 from curionav_cli.errors import ConfigError
 from curionav_cli.world.env import NavigationEnv
 from curionav_cli.world.motion import HEADINGS
@@ -28,6 +31,17 @@ def env(settings: Config, world: Scene) -> NavigationEnv:
 
 def check(settings: Config) -> None:
     """Settings that are each possible and together are not. Raises ConfigError."""
+    name = settings.agent.name
+    if not isinstance(settings.agent, SCHEMA.get(name, ())):
+        raise ConfigError(f"agent.name: {name!r} is not the name of this agent; choose an agent with agent=... "
+                          f"In a preset of your own keep the name of its schema, one of {', '.join(AGENTS)}.")
+    if settings.env.engine.value == "numba" and find_spec("numba") is None:
+        raise ConfigError("env.engine=numba needs numba, which is not installed. "
+                          "Set env.engine=numpy, or: .venv/bin/pip install -c constraints.txt -e '.[fast]'")
+    if settings.device is Device.cuda:
+        from curionav_cli.agents.lbs_dreamer.agent import resolve_device
+
+        resolve_device(settings.device.value)
     length = getattr(settings.agent, "sequence_length", 0)
     if settings.loop.iterations and length > settings.loop.steps + 1:
         raise ConfigError(f"agent.sequence_length={length} does not fit into an episode of {settings.loop.steps} "
@@ -40,8 +54,9 @@ def agent(settings: Config, world: Scene) -> Agent:
 
 
 def bounce(settings: Config, world: Scene) -> Agent:
-    degrees = 360 // HEADINGS
-    return Bounce(settings.seed, int(settings.agent.min_turn // degrees), int(settings.agent.max_turn // degrees))
+    step = 360 // HEADINGS  # degrees
+    least, most = settings.agent.min_turn, settings.agent.max_turn
+    return Bounce(settings.seed, math.ceil(least / step), max(math.ceil(least / step), math.floor(most / step)))
 
 
 def lbs_dreamer(settings: Config, world: Scene) -> Agent:

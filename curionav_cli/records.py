@@ -122,7 +122,15 @@ def read_arrays(path: Path, names: tuple[str, ...]) -> dict[str, np.ndarray]:
             return {name: np.lib.format.read_array(io.BytesIO(archive.read(f"{name}.npy")), allow_pickle=False)
                     for name in names}
     except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile, zlib.error) as error:
-        raise RunFolderError(f"{path} is not whole ({error}). Delete it, or restore it from a copy.") from error
+        raise RunFolderError(f"{path} is not whole ({error}). Restore it from a copy.") from error
+
+
+def read_json(path: Path) -> Any:
+    """What a JSON file holds. Raises RunFolderError where it is missing or broken."""
+    try:
+        return json.loads(path.read_text())
+    except (OSError, ValueError) as error:
+        raise RunFolderError(f"{path} cannot be read ({error}). Restore it from a copy.") from error
 
 
 def write_whole(path: Path, body: Callable[[IO[bytes]], object]) -> None:

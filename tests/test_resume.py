@@ -95,6 +95,24 @@ def test_a_finished_run_returns_at_once_and_more_episodes_go_on_from_it(tmp_path
     assert [name for name in ours if ours[name] != undisturbed[name]] == []
 
 
+@pytest.mark.parametrize(("harm", "said"), [
+    (lambda run: (run / "episodes" / "000000.npz").unlink(), "000000.npz is missing"),
+    (lambda run: (run / "episodes" / "000000.npz").write_bytes(b"PK"), "000000.npz is not whole"),
+    (lambda run: (run / "status.json").write_text('{"sta'), "status.json cannot be read"),
+    (lambda run: (run / "config.yaml").write_text(""), "config.yaml does not hold the settings"),
+    (lambda run: (run / "checkpoint" / "000002" / "rng.json").write_text("{"), "rng.json cannot be read"),
+    (lambda run: (run / "checkpoint" / "000002" / "settings.json").write_text("{"), "settings.json cannot be read"),
+])
+def test_a_broken_run_is_told_in_one_line(tmp_path, harm, said):
+    run = tmp_path / "run"
+    words = ("agent=random", "loop.steps=5", "loop.episodes=2", f"hydra.run.dir={run}")
+    assert curionav("explore", *words).returncode == 0
+    harm(run)
+    refused = curionav("resume", str(run), "loop.episodes=3")
+    assert refused.returncode == 2 and said in refused.stderr
+    assert len(refused.stderr.strip().splitlines()) == 1, refused.stderr
+
+
 def test_what_is_not_a_run_is_named(tmp_path):
     nothing = curionav("resume", str(tmp_path / "nowhere"))
     assert nothing.returncode == 2 and "There is no folder" in nothing.stderr

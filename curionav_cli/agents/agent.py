@@ -20,6 +20,7 @@ from typing import Any
 
 import numpy as np
 
+from curionav_cli.records import read_json
 from curionav_cli.storage.replay import Replay
 
 
@@ -32,6 +33,7 @@ class Agent(ABC):
 
     learns = False
     oracle = False
+    device: Any = "cpu"  # where it computes
 
     def __init__(self, seed: int):
         self.rng = np.random.default_rng([seed, 1])  # the second number keeps it apart from the world's
@@ -57,4 +59,4 @@ class Agent(ABC):
 
     def load(self, folder: Path) -> None:
         """Become what was saved, random state included."""
-        self.rng.bit_generator.state = json.loads((folder / "rng.json").read_text())
+        self.rng.bit_generator.state = read_json(folder / "rng.json")

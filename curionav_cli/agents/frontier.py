@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from curionav_cli.agents.agent import Agent
-from curionav_cli.records import FloorPlan
+from curionav_cli.records import FloorPlan, read_json
 from curionav_cli.world.motion import COS, FORWARD, HEADINGS, LEFT, RIGHT, SIN, STEP, forward_clear
 from curionav_cli.world.scene import Scene
 
@@ -99,7 +99,7 @@ class Frontier(Agent):
 
     def load(self, folder: Path) -> None:
         super().load(folder)
-        self.visited.flat[json.loads((folder / "visited.json").read_text())] = True
+        self.visited.flat[read_json(folder / "visited.json")] = True
 
 
 def trace(waves: list[tuple[np.ndarray, np.ndarray]], row: int) -> list[int]:

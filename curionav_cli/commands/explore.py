@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import errno
 import hashlib
-import logging
+from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -14,20 +14,19 @@ import yaml
 from curionav_cli import build
 from curionav_cli.agents.agent import Agent
 from curionav_cli.commands.launch import Request, launch
-from curionav_cli.commands.progress import Report, report
+from curionav_cli.commands.progress import report
 from curionav_cli.commands.recorder import Recorder
 from curionav_cli.config.job import Outcome
 from curionav_cli.config.schema import Config, Env
 from curionav_cli.config.settings import settings_yaml
-from curionav_cli.errors import RunFailed
+from curionav_cli.errors import RunFailed, RunFolderError
 from curionav_cli.loop import LearnHere, live
-from curionav_cli.records import FloorPlan
+from curionav_cli.records import FloorPlan, read_json
 from curionav_cli.results.coverage import cover
 from curionav_cli.storage import checkpoint, provenance
 from curionav_cli.storage.replay import Replay
 from curionav_cli.storage.run_folder import RunFolder
-
-log = logging.getLogger(__name__)
+from curionav_cli.world.scene import Scene
 
 
 def run(request: Request) -> int:
@@ -41,37 +40,30 @@ def explore(settings: Config, folder: Path) -> RunFolder:
     Raises UserError before anything is written, RunFailed where the run cannot go on.
     """
     settings = replace(settings, env=rooted(settings.env))
-    config = settings_yaml(settings)
-    world = build.scene(settings)
-    run, plan = RunFolder(folder), world.plan
-    fixed = fixed_settings(config, plan)
-    begun, found = run.config.is_file(), None
-    if begun:
-        checkpoint.refuse_changes(folder, fixed_settings(run.config.read_text(), run.plan), fixed)
-        found = checkpoint.newest(run.checkpoints, fixed)
-    if found and found[0] >= settings.loop.episodes and run.status.get("state") == "done":
-        return run
-    agent = build.agent(settings, world)
-    try:
+    run, world = RunFolder(folder), build.scene(settings)
+    with run.alone():
+        fixed = fixed_settings(settings, world.plan)
+        begun, found = run.config.is_file(), None
         if begun:
-            go_on(run, agent, found)
-            run.write("config.yaml", config)  # it may have become longer
-        else:
-            run.create(config, about(settings, folder), plan)
-        first = found[0] if found else 0
-        label = f"{settings.agent.name} seed {settings.seed}"
-        show = report(label, settings.loop, first)
+            checkpoint.refuse_changes(folder, read_json(run.path / "run.json").get("fixed"), fixed)
+            found = checkpoint.newest(run.checkpoints, fixed)
+        if found and found[0] >= settings.loop.episodes and run.status.get("state") == "done":
+            return run
+        agent = build.agent(settings, world)
         try:
-            live_run(settings, run, world, agent, fixed, first, show)
-        finally:
-            show.close()
-        draw(run)
-        run.set_status(state="done")
-    except BaseException as error:
-        failure = ended(run, error)
-        if failure is error:
-            raise
-        raise failure from error
+            if begun:
+                go_on(run, agent, found)
+                run.write("config.yaml", settings_yaml(settings))  # it may have become longer
+            else:
+                run.create(settings_yaml(settings), {**about(settings, folder, agent), "fixed": fixed}, world.plan)
+            live_run(settings, run, world, agent, fixed, found[0] if found else 0)
+            draw(run)
+            run.set_status(state="done")
+        except BaseException as error:
+            failure = ended(run, error)
+            if failure is error:
+                raise
+            raise failure from error
     return run
 
 
@@ -82,16 +74,19 @@ def rooted(env: Env) -> Env:
     return replace(env, map=absolute(env.map), overlay=absolute(env.overlay))
 
 
-def live_run(settings: Config, run: RunFolder, world: Any, agent: Agent, fixed: dict[str, Any], first: int,
-             show: Report) -> None:
+def live_run(settings: Config, run: RunFolder, world: Scene, agent: Agent, fixed: dict[str, Any], first: int) -> None:
     """From episode `first` to the last."""
+    show = report(f"{settings.agent.name} seed {settings.seed}", settings.loop, first)
     coverage = cover(run.plan, run.poses())
     recorder = Recorder(run, agent, coverage, fixed, show)
     run.set_status(state="running", error=None, episode=first, episodes=settings.loop.episodes, **recorder.counts())
     replay = Replay.open(run.episode_paths()) if agent.learns else Replay()
     learn = LearnHere(agent, replay, settings.loop.iterations, recorder, run.save_episode)
-    live(build.env(settings, world), agent, learn, episodes=settings.loop.episodes, steps=settings.loop.steps,
-         seed=settings.seed, watch=recorder, first=first)
+    try:
+        live(build.env(settings, world), agent, learn, episodes=settings.loop.episodes, steps=settings.loop.steps,
+             seed=settings.seed, watch=recorder, first=first)
+    finally:
+        show.close()
 
 
 def go_on(run: RunFolder, agent: Agent, found: tuple[int, Path] | None) -> None:
@@ -112,24 +107,25 @@ def ended(run: RunFolder, error: BaseException) -> BaseException:
         error = RunFailed(f"The disk is full; what was saved in {run.path} is whole. "
                           f"Free some space, then: curionav resume {run.path}")
         line = str(error)
-    log.error("%s", line, exc_info=True)
-    try:
+    with suppress(OSError, RunFolderError):  # on a full disk the status stays what it was
         run.set_status(state=state, error=line)
-    except OSError as second:
-        log.error("status.json could not be written: %s", second)
     return error
 
 
-def fixed_settings(config: str, plan: FloorPlan) -> dict[str, Any]:
-    """What a run may not change when it goes on; the mask stands for a map's image."""
-    settings = yaml.safe_load(config)
-    fixed = {key: settings[key] for key in ("env", "agent", "robot", "seed")}
-    fixed["loop"] = {key: settings["loop"][key] for key in ("steps", "iterations")}
-    return {**fixed, "visitable cells (sha256)": hashlib.sha256(plan.visitable.tobytes()).hexdigest()}
+def fixed_settings(settings: Config, plan: FloorPlan) -> dict[str, Any]:
+    """What a run may not change when it goes on. Files may move: what is in them stands for them."""
+    plain = yaml.safe_load(settings_yaml(settings))
+    fixed = {key: plain[key] for key in ("env", "agent", "robot", "seed")}
+    fixed["env"] = {key: value for key, value in plain["env"].items() if key not in ("map", "overlay")}
+    fixed["loop"] = {key: plain["loop"][key] for key in ("steps", "iterations")}
+    fixed["visitable cells (sha256)"] = hashlib.sha256(plan.visitable.tobytes()).hexdigest()
+    if settings.env.overlay:
+        fixed["overlay (sha256)"] = hashlib.sha256(Path(settings.env.overlay).read_bytes()).hexdigest()
+    return fixed
 
 
-def about(settings: Config, folder: Path) -> dict[str, Any]:
-    return provenance.about(folder, settings.device.value, settings.env.engine.value, settings.seed)
+def about(settings: Config, folder: Path, agent: Agent) -> dict[str, Any]:
+    return provenance.about(folder, str(agent.device), settings.env.engine.value, settings.seed)
 
 
 def draw(run: RunFolder) -> None:
@@ -141,7 +137,7 @@ def draw(run: RunFolder) -> None:
     share = f"{result.coverage.share:.1%} of {result.coverage.total} {result.denominator} cells"
     plots.save(plots.heatmap(result.coverage, f"{result.label}\n{share}"), run.figures / "heatmap.png")
     plots.save(plots.curves([result], result.label), run.figures / "coverage.png")
-    row = result.row()
+    row = {**result.row(), "state": "done"}
     run.write("table.md", tables.markdown([row]))
     run.write("results.csv", tables.comma_separated([row]))
 

@@ -2,35 +2,97 @@
 
 from __future__ import annotations
 
+import logging
+import sys
+from collections.abc import Iterator
+from contextlib import chdir, contextmanager
 from dataclasses import replace
 from pathlib import Path
 
-from curionav_cli.commands.explore import explore, summary
+import yaml
+
+from curionav_cli.commands import explore
+from curionav_cli.commands.launch import INTERRUPTED, Request
+from curionav_cli.config.preflight import pin
 from curionav_cli.config.schema import Config
 from curionav_cli.config.settings import read_settings
-from curionav_cli.errors import ConfigError
+from curionav_cli.errors import ConfigError, RunFailed, RunFolderError, UserError
 from curionav_cli.storage.run_folder import RunFolder
+
+MAY_CHANGE = ("loop.episodes", "env.map", "env.overlay")  # a run may be longer than planned, and files may move
 
 
 def run(folder: Path, changes: list[str]) -> int:
-    """Go on with the run in `folder`, or with the runs in it; changes: ["loop.episodes=20"]. The exit code.
+    """Go on with the run or the sweep in `folder`; changes: ["loop.episodes=20"]. The exit code.
 
-    Raises UserError before anything is written, RunFailed where a run cannot go on.
+    Raises UserError before anything is written, RunFailed where the run cannot go on.
     """
-    for one in RunFolder.found(folder):
-        explore(changed(read_settings(one.config), changes), one.path)
-    summary(folder, [])
+    for change in changes:
+        key = change.partition("=")[0]
+        if key not in MAY_CHANGE:
+            raise ConfigError(f"A run goes on with the settings it began with; only {', '.join(MAY_CHANGE)} may "
+                              f"change, not {key}. Start a new run for another one.")
+    if (folder / "multirun.yaml").is_file():
+        return resume_sweep(folder.resolve(), changes)
+    one = RunFolder.existing(folder)
+    settings = changed(read_settings(one.config), changes)
+    try:
+        with logged(folder / "explore.log"):
+            explore.explore(settings, folder)
+    except KeyboardInterrupt:
+        print(f"Interrupted. To go on: curionav resume {folder}", file=sys.stderr)
+        return INTERRUPTED
+    explore.summary(folder, [])
     return 0
 
 
+def resume_sweep(folder: Path, changes: list[str]) -> int:
+    """Sweep again into the same folders: what is done returns at once, what never began begins."""
+    try:
+        noted = yaml.safe_load((folder / "multirun.yaml").read_text())["hydra"]
+        overrides, where = noted["overrides"], Path(noted["runtime"]["cwd"])
+        own = [Path(source["path"]) for source in noted["runtime"]["config_sources"] if source["provider"] == "user"]
+    except (yaml.YAMLError, KeyError, TypeError) as error:
+        raise RunFolderError(f"{folder / 'multirun.yaml'} does not hold a sweep ({error}).") from error
+    keys = {change.partition("=")[0] for change in changes}
+    words = [word for word in overrides["task"] if word.partition("=")[0] not in keys]
+    hydra = [word for word in overrides["hydra"] if word.partition("=")[0] not in ("hydra.sweep.dir", "hydra.mode")]
+    request = Request("explore", [*words, *changes, *hydra, pin(str(folder), multirun=True)], multirun=True,
+                      config_dir=own[0] if own else None)
+    with chdir(where if where.is_dir() else folder):
+        return explore.run(request)
+
+
+@contextmanager
+def logged(path: Path) -> Iterator[None]:
+    """The traceback of an unexpected end goes into the run's log; a person reads one line."""
+    handler = logging.FileHandler(path)
+    log = logging.getLogger("curionav")
+    log.addHandler(handler)
+    log.propagate = False
+    try:
+        yield
+    except (UserError, RunFailed):
+        raise
+    except Exception as error:
+        log.exception("the run failed")
+        raise RunFailed(f"{type(error).__name__}: {error}\nThe traceback is in {path}") from error
+    finally:
+        log.removeHandler(handler)
+        log.propagate = True
+        handler.close()
+
+
 def changed(settings: Config, changes: list[str]) -> Config:
-    """A run may be longer than was planned; anything else would make it another run."""
+    """The settings of one run with what may change."""
     for change in changes:
         key, _, value = change.partition("=")
-        if key != "loop.episodes":
-            raise ConfigError("A run goes on with the settings it began with; only loop.episodes may change, "
-                              f"not {key}. Start a new run for another one.")
-        if not value.isdecimal() or int(value) < 1:
+        if key == "env.map":
+            settings = replace(settings, env=replace(settings.env, map=value))
+        elif key == "env.overlay":
+            settings = replace(settings, env=replace(settings.env, overlay=value))
+        elif not value.isdecimal() or int(value) < 1:
             raise ConfigError(f"loop.episodes: {value!r} is not a number of episodes")
-        settings = replace(settings, loop=replace(settings.loop, episodes=int(value)))
+        else:
+            settings = replace(settings, loop=replace(settings.loop, episodes=int(value)))
     return settings

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 import sys
 from collections.abc import Sequence
 from pathlib import Path
@@ -26,7 +27,8 @@ def show(folder: Path, folders: Sequence[Path]) -> None:
     console = a_console()
     if (folder / "config.yaml").exists():
         show_run(folder, console)
-    elif names := {path.name for path in [*folders, *(file.parent for file in folder.glob("*/run.json"))]}:
+    elif names := {path.name for path in [*folders, *(file.parent for file in folder.glob("*/run.json"))]
+                   if path.resolve() != folder.resolve()}:
         show_sweep(folder, [folder / name for name in sorted(names, key=job_number)], console)
 
 
@@ -46,7 +48,7 @@ def show_run(folder: Path, console: Console) -> None:
     row = Run.open(folder).row()
     print_table([row], console)
     print_files(console, folder, ("figures/heatmap.png", "figures/coverage.png", "table.md", "episodes"))
-    on = f"curionav resume {folder}"
+    on = f"curionav resume {shlex.quote(str(folder))}"
     print_next(console, [f"{on} loop.episodes=50   (the same run, longer)" if row["state"] == "done" else on,
                          "curionav explore -m agent=lbs_dreamer,random,bounce seed=0,1,2,3,4",
                          "curionav explore --help   (every setting)"])
@@ -71,7 +73,9 @@ def show_sweep(root: Path, folders: Sequence[Path], console: Console) -> None:
         if row["state"] != "done":
             console.print(f"[bold]{row['state']}[/]: {row['folder']}: {row['error']}", soft_wrap=True)
     print_files(console, root, [*made, "table.md", "results.csv"])
-    print_next(console, [f"curionav resume {root} loop.episodes=50   (the same runs, longer)",
+    on = f"curionav resume {shlex.quote(str(root))}"
+    done = all(row["state"] == "done" for row in rows)
+    print_next(console, [f"{on} loop.episodes=50   (the same runs, longer)" if done else on,
                          "curionav explore -m agent=lbs_dreamer,random,bounce seed=0,1,2,3,4 launcher=cores",
                          "curionav explore --help   (every setting)"])
 

@@ -15,8 +15,6 @@ import numpy as np
 
 from curionav_cli.records import FloorPlan
 
-SWEEP = 50  # points looked at between two poses: one every 5 mm of a 0.25 m move
-
 Marks = tuple[np.ndarray, np.ndarray]  # (step, cell) of every mark, cells as flat indices
 
 
@@ -27,17 +25,25 @@ def landing(plan: FloorPlan, pose: np.ndarray) -> Marks:
 
 
 def swept(plan: FloorPlan, pose: np.ndarray) -> Marks:
-    """Every cell on the straight line from one pose to the next, and the first one's."""
-    at, moved = pose[:-1, :2], np.diff(pose[:, :2], axis=0)
-    going = np.flatnonzero(np.abs(moved).max(1) > 0)
-    part = np.linspace(0, 1, SWEEP + 1)[:, None, None]
-    x, y = np.moveaxis(at[going] + part * moved[going], 2, 0)
-    row, column = plan.cells(x, y)
-    cell = row * plan.visitable.shape[1] + column
-    step = np.broadcast_to(going + 1, cell.shape)
-    start_step, start_cell = landing(plan, pose)
-    both = np.unique(np.concatenate([start_step * plan.visitable.size + start_cell,
-                                     (step * plan.visitable.size + cell).ravel()]))
+    """Every cell on the straight line from one pose to the next, and the first one's.
+
+    Between two crossings of grid lines a line stays in one cell: that of the middle between them.
+    """
+    step, cell = landing(plan, pose)
+    start, move = pose[:-1, :2] / plan.cell, np.diff(pose[:, :2], axis=0) / plan.cell
+    going = np.flatnonzero(np.abs(move).max(1) > 0)
+    start, move = start[going], move[going]
+    lines = np.arange(1, int(np.abs(move).max(initial=0)) + 2)[:, None, None]  # at most so many are crossed
+    line = np.where(move > 0, np.floor(start) + lines, np.ceil(start) - lines)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        time = np.nan_to_num((line - start) / move, nan=1.0, posinf=1.0, neginf=1.0).clip(0, 1)  # (lines, n, 2)
+    bounds = np.broadcast_to([0.0, 1.0], (len(going), 2))
+    edges = np.sort(np.concatenate([bounds, time.transpose(1, 0, 2).reshape(len(going), -1)], axis=1), axis=1)
+    middle = (edges[:, 1:] + edges[:, :-1]) / 2
+    row, column = plan.cells(*((start[:, None] + middle[..., None] * move[:, None]) * plan.cell).transpose(2, 0, 1))
+    passed = row * plan.visitable.shape[1] + column  # (n, edges)
+    both = np.unique(np.concatenate([step * plan.visitable.size + cell,
+                                     ((going[:, None] + 1) * plan.visitable.size + passed).ravel()]))
     return both // plan.visitable.size, both % plan.visitable.size
 
 

@@ -10,6 +10,7 @@ from typing import Any
 
 import yaml
 
+from curionav_cli.errors import RunFolderError
 from curionav_cli.records import FloorPlan, read_arrays
 from curionav_cli.results.coverage import Coverage, Curve, cover
 from curionav_cli.storage.run_folder import RunFolder
@@ -32,7 +33,11 @@ class Run:
 
     @cached_property
     def config(self) -> dict[str, Any]:
-        return yaml.safe_load(self.folder.config.read_text())
+        try:
+            config = yaml.safe_load(self.folder.config.read_text())
+            return {key: config[key] for key in ("env", "agent", "seed")}
+        except (OSError, yaml.YAMLError, TypeError, KeyError) as error:
+            raise RunFolderError(f"{self.folder.config} does not hold the settings of a run ({error}).") from error
 
     @property
     def env(self) -> str:

@@ -18,6 +18,7 @@ from pathlib import Path
 from typing import Any
 
 from curionav_cli.errors import RunFolderError
+from curionav_cli.records import read_json
 
 KEPT = 2
 
@@ -60,7 +61,7 @@ def newest(root: Path, settings: dict[str, Any]) -> tuple[int, Path] | None:
     folders = finished(root)
     if not folders:
         return None
-    refuse_changes(root.parent, json.loads((folders[-1] / "settings.json").read_text()), settings)
+    refuse_changes(root.parent, read_json(folders[-1] / "settings.json"), settings)
     return int(folders[-1].name), folders[-1]
 
 

@@ -21,11 +21,13 @@ def about(folder: Path, device: str, engine: str, seed: int) -> dict[str, Any]:
 
     engine: what draws the pictures. folder: where Hydra noted the overrides of this job.
     """
-    noted = folder / ".hydra" / "overrides.yaml"
-    overrides = yaml.safe_load(noted.read_text()) if noted.is_file() else []
+    hydra = folder / ".hydra" / "hydra.yaml"
+    noted = yaml.safe_load(hydra.read_text())["hydra"] if hydra.is_file() else {}
+    own = [source["path"] for source in noted.get("runtime", {}).get("config_sources", [])
+           if source["provider"] == "user"]
+    words = [word for path in own for word in ("--config-dir", path)] + noted.get("overrides", {}).get("task", [])
     return {
-        "command": shlex.join(["curionav", "explore", *overrides]),
-        "config_path": os.environ.get("CURIONAV_CONFIG_PATH"), "device": device, "seed": seed,
+        "command": shlex.join(["curionav", "explore", *words]), "config_dirs": own, "device": device, "seed": seed,
         "began": datetime.now(UTC).isoformat(timespec="seconds"), "engine": engine,
         "python": platform.python_version(), **{package: version(package) for package in PACKAGES},
         "machine": platform.machine(), "cores": os.cpu_count(), "threads": os.environ.get("OMP_NUM_THREADS"),
@@ -39,6 +41,6 @@ def commit() -> dict[str, Any]:
         answer = subprocess.run(["git", "-C", str(Path(__file__).parent), *words], capture_output=True, check=True)
         return answer.stdout.decode().strip()
     try:
-        return {"git_commit": git("rev-parse", "HEAD"), "git_changed": bool(git("status", "--porcelain", "."))}
+        return {"git_commit": git("rev-parse", "HEAD"), "git_changed": bool(git("status", "--porcelain"))}
     except (OSError, subprocess.CalledProcessError):
         return {"git_commit": None, "git_changed": None}

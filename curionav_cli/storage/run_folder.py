@@ -13,15 +13,17 @@
 
 from __future__ import annotations
 
+import fcntl
 import json
 from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from curionav_cli.errors import RunFolderError
-from curionav_cli.records import Episode, FloorPlan, read_arrays, write_whole
+from curionav_cli.records import Episode, FloorPlan, read_arrays, read_json, write_whole
 
 
 class RunFolder:
@@ -44,6 +46,17 @@ class RunFolder:
             raise RunFolderError(f"{path} holds no run: it has no config.yaml. Give the folder of one run, "
                                  "such as outputs/DATE/TIME_small_room_random_0.")
         return run
+
+    @contextmanager
+    def alone(self) -> Iterator[None]:
+        """Keep every other process out. Raises RunFolderError where one is in already."""
+        self.path.mkdir(parents=True, exist_ok=True)
+        with open(self.path / ".lock", "w") as lock:
+            try:
+                fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            except BlockingIOError:
+                raise RunFolderError(f"{self.path} is lived by another process. Wait for it, or stop it.") from None
+            yield
 
     @classmethod
     def found(cls, path: Path) -> list[RunFolder]:
@@ -68,12 +81,8 @@ class RunFolder:
     @property
     def status(self) -> dict[str, Any]:
         """status.json; {} before the run has written one. Raises RunFolderError where it is broken."""
-        try:
-            return json.loads((self.path / "status.json").read_text())
-        except FileNotFoundError:
-            return {}
-        except ValueError as error:
-            raise RunFolderError(f"{self.path / 'status.json'} is not JSON ({error}). Delete it.") from error
+        path = self.path / "status.json"
+        return read_json(path) if path.exists() else {}
 
     def set_status(self, **changes: Any) -> None:
         self.write("status.json", json.dumps({**self.status, **changes}, indent=2))

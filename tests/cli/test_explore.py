@@ -10,10 +10,22 @@ import numpy as np
 import pytest
 from entry import Cli
 
+from curionav_cli import build
+from curionav_cli.agents.agent import Agent
 from curionav_cli.commands.recorder import Recorder
+from curionav_cli.config.schema import Config
+from curionav_cli.errors import ConfigError
 from curionav_cli.storage.run_folder import RunFolder
+from curionav_cli.world.scene import Scene
 
 SHORT = ("env=small_room", "loop.steps=30", "loop.episodes=3")
+
+
+def a_map(folder: Path) -> None:
+    """A room of 3 x 4 m as a ROS map, room.yaml."""
+    cv2.imwrite(str(folder / "room.png"), np.pad(np.full((60, 80), 254, np.uint8), 3))
+    (folder / "room.yaml").write_text("image: room.png\nresolution: 0.05\norigin: [0, 0, 0]\n"
+                                      "negate: 0\noccupied_thresh: 0.65\nfree_thresh: 0.196\n")
 
 
 def metrics(run: Path) -> list[dict]:
@@ -145,16 +157,15 @@ def test_resume_changes_only_the_number_of_episodes(cli: Cli, tmp_path: Path) ->
     assert cli("explore", *SHORT, "agent=random", "hydra.run.dir=run").code == 0
     assert cli("resume", "run", "loop.episodes=5").code == 0
     assert len(metrics(tmp_path / "run")) == 5
-    for word, said in (("agent=bounce", "only loop.episodes may change"), ("loop.episodes=x", "not a number of")):
+    for word, said in (("agent=bounce", "only loop.episodes, env.map, env.overlay may"),
+                       ("loop.episodes=x", "not a number of")):
         refused = cli("resume", "run", word)
         assert refused.code == 2 and said in refused.error and len(refused.error.strip().splitlines()) == 1
 
 
 def test_a_run_on_a_map_is_resumed_from_another_folder(
         cli: Cli, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    cv2.imwrite(str(tmp_path / "room.png"), np.pad(np.full((60, 80), 254, np.uint8), 3))
-    (tmp_path / "room.yaml").write_text("image: room.png\nresolution: 0.05\norigin: [0, 0, 0]\n"
-                                        "negate: 0\noccupied_thresh: 0.65\nfree_thresh: 0.196\n")
+    a_map(tmp_path)
     words = ("env=map", "env.map=room.yaml", "agent=bounce", "loop.steps=20", "loop.episodes=1")
     done = cli("explore", *words, "hydra.run.dir=run")
     assert done.code == 0, done.error
@@ -200,3 +211,91 @@ def test_a_failed_job_does_not_end_the_sweep_and_is_told(
     states = {path.parent.name: status(path.parent)["state"] for path in (tmp_path / "sweep").glob("*/status.json")}
     assert sorted(states.values()) == ["done", "failed"]
     assert "failed" in (tmp_path / "sweep" / "table.md").read_text()
+
+
+def test_a_sweep_that_was_interrupted_is_lived_to_its_end(
+        cli: Cli, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def stop(recorder: Recorder, step: int) -> None:
+        if type(recorder.agent).__name__ == "Bounce":
+            raise KeyboardInterrupt
+    with monkeypatch.context() as patched:
+        patched.setattr(Recorder, "acted", stop)
+        answer = cli("explore", "-m", *SHORT, "agent=random,bounce,sticky", "hydra.sweep.dir=a sweep")
+    assert answer.code == 130 and "curionav resume" in answer.error
+    assert len(list((tmp_path / "a sweep").glob("*/metrics.jsonl"))) < 3
+    again = cli("resume", "a sweep")
+    assert again.code == 0, again.error
+    runs = sorted((tmp_path / "a sweep").glob("*/run.json"))
+    names = [f"small_room_{name}_0" for name in ("random", "bounce", "sticky")]
+    assert [path.parent.name[2:] for path in runs] == names
+    assert all(status(path.parent)["state"] == "done" for path in runs)
+
+
+def test_a_broken_run_does_not_keep_the_others_from_going_on(cli: Cli, tmp_path: Path) -> None:
+    assert cli("explore", "-m", *SHORT, "agent=random,bounce", "hydra.sweep.dir=sweep").code == 0
+    broken, sound = sorted((tmp_path / "sweep").glob("*_0"))
+    (broken / "episodes" / "000001.npz").unlink()
+    answer = cli("resume", "sweep", "loop.episodes=4")
+    assert answer.code == 1 and "000001.npz is missing" in answer.error and "Traceback" not in answer.error
+    assert len(metrics(sound)) == 4
+
+
+def test_jobs_that_leave_no_folder_are_in_the_table(
+        cli: Cli, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    plain = build.agent
+
+    def fails(settings: Config, world: Scene) -> Agent:
+        if settings.agent.name == "sticky":
+            raise ConfigError("there is no device for it")
+        return plain(settings, world)
+    monkeypatch.setattr(build, "agent", fails)
+    answer = cli("explore", "-m", *SHORT, "agent=sticky,random", "hydra.sweep.dir=sweep")
+    assert answer.code == 1 and "there is no device for it" in answer.error and "Traceback" not in answer.error
+    rows = (tmp_path / "sweep" / "results.csv").read_text().splitlines()
+    assert len(rows) == 3 and any("failed" in row for row in rows) and any(",done," in row for row in rows)
+
+
+def test_the_tables_of_a_finished_run_say_so(cli: Cli, tmp_path: Path) -> None:
+    assert cli("explore", *SHORT, "agent=random", "hydra.run.dir=run").code == 0
+    assert "| done |" in (tmp_path / "run" / "table.md").read_text()
+    assert ",done," in (tmp_path / "run" / "results.csv").read_text()
+
+
+def test_a_second_process_is_kept_out(cli: Cli, tmp_path: Path) -> None:
+    assert cli("explore", *SHORT, "agent=random", "hydra.run.dir=run").code == 0
+    with RunFolder(tmp_path / "run").alone():
+        refused = cli("resume", "run", "loop.episodes=4")
+    assert refused.code == 2 and "is lived by another process" in refused.error
+
+
+def test_a_changed_overlay_is_refused(cli: Cli, tmp_path: Path) -> None:
+    a_map(tmp_path)
+    (tmp_path / "over.yaml").write_text("light: {drift: 0.1, period: 10}\n")
+    words = ("env=map", "env.map=room.yaml", "env.overlay=over.yaml", "agent=random", "loop.steps=5", "loop.episodes=1")
+    done = cli("explore", *words, "hydra.run.dir=run")
+    assert done.code == 0, done.error
+    (tmp_path / "over.yaml").write_text("light: {drift: 0.4, period: 10}\n")
+    refused = cli("resume", "run", "loop.episodes=2")
+    assert refused.code == 2 and "overlay (sha256) was" in refused.error
+
+
+def test_a_map_may_move(cli: Cli, tmp_path: Path) -> None:
+    a_map(tmp_path)
+    words = ("env=map", "env.map=room.yaml", "agent=random", "loop.steps=5", "loop.episodes=1")
+    assert cli("explore", *words, "hydra.run.dir=run").code == 0
+    (tmp_path / "maps").mkdir()
+    for name in ("room.yaml", "room.png"):
+        (tmp_path / name).rename(tmp_path / "maps" / name)
+    lost = cli("resume", "run", "loop.episodes=2")
+    assert lost.code == 2 and "There is no map" in lost.error
+    assert cli("resume", "run", "loop.episodes=2", "env.map=maps/room.yaml").code == 0
+
+
+@pytest.mark.parametrize(("words", "said"), [
+    (("agent.name=foo",), "agent.name: 'foo' is not the name of this agent"),
+    (("agent.name=bounce",), "agent.name: 'bounce' is not the name of this agent"),
+])
+def test_what_is_impossible_is_answered_before_anything_is_written(
+        cli: Cli, tmp_path: Path, words: tuple[str, ...], said: str) -> None:
+    answer = cli("explore", *SHORT, "agent=random", *words, "hydra.run.dir=run")
+    assert answer.code == 2 and said in answer.error and not (tmp_path / "run").exists()

@@ -53,3 +53,18 @@ def test_area_and_steps_to_a_share():
     assert [curve.steps_to(share) for share in (0.2, 0.5, 0.8, 0.9)] == [0, 4, 8, None]
     assert curve.at(np.array([0, 1, 2, 10])).tolist() == [1, 1, 2, 4]
     assert Curve(np.array([], np.int64), 0, 5).area() == 0.0
+
+
+def test_swept_is_what_a_walk_in_steps_of_a_tenth_of_a_millimetre_finds(a_plan):
+    plan = a_plan(rows=60, columns=60, cell=0.05)
+    rng = np.random.default_rng(0)
+    pose = np.column_stack([rng.uniform(0.3, 2.7, 60), rng.uniform(0.3, 2.7, 60), np.zeros(60)])
+    pose[10] = pose[9]
+    pose[11, 0], pose[12, 1] = pose[10, 0], pose[11, 1]  # along the axes
+    walked = set()
+    for start, end in zip(pose[:-1, :2], pose[1:, :2], strict=True):
+        points = np.linspace(start, end, 30001)
+        row, column = plan.cells(points[:, 0], points[:, 1])
+        walked |= set((row * 60 + column).tolist())
+    found = set(RULES["swept"](plan, pose)[1].tolist())
+    assert walked <= found and len(found - walked) <= 2  # a corner may be cut by less than a step
