@@ -48,7 +48,7 @@ def environment(hydra: Any, name: str) -> tuple[str, ...]:
     """The cells of an environment's row; one that does not load says why. hydra: as `opened` gives it."""
     job = [f"env={name}"]
     try:
-        settings = compose(hydra, Mistakes(hydra, job), job)
+        settings, _ = compose(hydra, Mistakes(hydra, job), job)
         if settings.env.map is None and settings.env.size is None:
             return "", "", "", "", settings.env.note
         plan = build.scene(settings).plan

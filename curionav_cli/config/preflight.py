@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from itertools import chain, islice, product
 from pathlib import Path
@@ -18,7 +19,7 @@ from curionav_cli.config.mistakes import Mistakes
 from curionav_cli.config.schema import Config
 from curionav_cli.config.settings import as_settings
 from curionav_cli.config.sources import MAIN
-from curionav_cli.errors import ConfigError
+from curionav_cli.errors import ConfigError, SceneError
 
 COMPOSED = 16  # jobs; of a larger sweep each value is still composed once
 
@@ -45,18 +46,30 @@ def plan(hydra: Hydra, words: list[str], multirun: bool, check: Check | None = N
     multirun = multirun or master.hydra.mode == RunMode.MULTIRUN
     jobs = expand(hydra, master, overrides) if multirun else [words]
     for job in sample(jobs):
-        settings = compose(hydra, mistakes, job)
+        settings, chosen = compose(hydra, mistakes, job)
         if check is not None:
-            check(settings)
+            with naming(f"env/{settings.env.name}.yaml", mistakes.file(f"env/{chosen}")):
+                check(settings)
     folder = output_folder(master, multirun)
     return Plan(words + [pin(folder, multirun)], multirun, Path(folder), jobs)
 
 
-def compose(hydra: Hydra, mistakes: Mistakes, job: list[str]) -> Config:
+def compose(hydra: Hydra, mistakes: Mistakes, job: list[str]) -> tuple[Config, str]:
+    """The settings of a job, and the name of its environment's file."""
     with mistakes.explained(job):
         config = hydra.compose_config(MAIN, job, RunMode.RUN)
+    chosen = str(config.hydra.runtime.choices.env)
     mistakes.refuse_unread(config)
-    return as_settings(config)
+    return as_settings(config), chosen
+
+
+@contextmanager
+def naming(scene: str, file: str) -> Iterator[None]:
+    """A scene's error names the file that a person can open."""
+    try:
+        yield
+    except SceneError as error:
+        raise SceneError(str(error).replace(f"{scene}:", f"{file}:", 1)) from error
 
 
 def expand(hydra: Hydra, master: DictConfig, overrides: list[Override]) -> list[list[str]]:
