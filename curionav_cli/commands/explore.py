@@ -45,7 +45,7 @@ def explore(settings: Config, folder: Path) -> RunFolder:
         fixed = fixed_settings(settings, world.plan)
         begun, found = run.config.is_file(), None
         if begun:
-            checkpoint.refuse_changes(folder, read_json(run.path / "run.json").get("fixed"), fixed)
+            checkpoint.refuse_changes(folder, read_json(run.path / "fixed.json"), fixed)
             found = checkpoint.newest(run.checkpoints, fixed)
         if found and found[0] >= settings.loop.episodes and run.status.get("state") == "done":
             return run
@@ -55,7 +55,7 @@ def explore(settings: Config, folder: Path) -> RunFolder:
                 go_on(run, agent, found)
                 run.write("config.yaml", settings_yaml(settings))  # it may have become longer
             else:
-                run.create(settings_yaml(settings), {**about(settings, folder, agent), "fixed": fixed}, world.plan)
+                run.create(settings_yaml(settings), fixed, about(settings, folder, agent), world.plan)
             live_run(settings, run, world, agent, fixed, found[0] if found else 0)
             draw(run)
             run.set_status(state="done")

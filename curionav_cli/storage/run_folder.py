@@ -1,6 +1,7 @@
 """A run on disk. Everything that results draw is read from here; a save is finished or absent.
 
     config.yaml      every setting, resolved; with it the run can be repeated
+    fixed.json       the settings that may not change when the run goes on
     run.json         command, versions, device, engine, git commit
     status.json      state (running, done, failed, interrupted), episode, steps, coverage, error
     plan.npz         the floor plan: cells, start, obstacles
@@ -64,11 +65,12 @@ class RunFolder:
         inside = sorted(file.parent for file in path.glob("*/run.json") if (file.parent / "config.yaml").is_file())
         return [cls(run) for run in inside] or [cls.existing(path)]
 
-    def create(self, config: str, about: dict[str, Any], plan: FloorPlan) -> None:
+    def create(self, config: str, fixed: dict[str, Any], about: dict[str, Any], plan: FloorPlan) -> None:
         """Begin the run. config.yaml comes last: a folder that has it has the rest."""
         for folder in (self.path / "episodes", self.checkpoints, self.figures):
             folder.mkdir(parents=True, exist_ok=True)
         plan.save(self.path / "plan.npz")
+        self.write("fixed.json", json.dumps(fixed))
         self.write("run.json", json.dumps(about, indent=2))
         self.write("config.yaml", config)
 

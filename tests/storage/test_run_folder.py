@@ -10,7 +10,7 @@ from curionav_cli.storage.run_folder import RunFolder
 def run(tmp_path, an_episode, a_plan):
     """A run of three finished episodes."""
     run = RunFolder(tmp_path / "run")
-    run.create("seed: 0\n", {"command": "test"}, a_plan())
+    run.create("seed: 0\n", {}, {"command": "test"}, a_plan())
     for n in range(3):
         run.save_episode(n, an_episode(steps=4))
         run.append_metrics({"episode": n, "steps": 4 * (n + 1)})
