@@ -1,5 +1,5 @@
 PYTHON ?= python3
-EPISODES ?= 6
+EPISODES ?= 8
 READY := .venv/.ready
 
 export OMP_NUM_THREADS ?= 1
