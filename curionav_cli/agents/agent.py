@@ -28,11 +28,9 @@ class Agent(ABC):
     """An agent without memory and without learning; the others override what they need.
 
     learns: whether `learn` does anything (the loop keeps no replay in memory otherwise).
-    oracle: whether it is told what a robot cannot know (named so in every table).
     """
 
     learns = False
-    oracle = False
     device: Any = "cpu"  # where it computes
 
     def __init__(self, seed: int):

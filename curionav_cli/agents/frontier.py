@@ -19,8 +19,6 @@ PATIENCE = 50  # random steps before it searches again, once no new cell can be 
 class Frontier(Agent):
     """Breadth-first search over (cell, heading) with the world's own motion. An upper bound, not a rival."""
 
-    oracle = True
-
     def __init__(self, seed: int, world: Scene):
         super().__init__(seed)
         self.world, self.seed = world, seed
