@@ -23,17 +23,17 @@ from hydra.core.plugins import Plugins
 from hydra.plugins.search_path_plugin import SearchPathPlugin
 from omegaconf import DictConfig, OmegaConf
 
-from curionav_cli.config import schema
+from curionav_cli.config import agent_schema, schema
 from curionav_cli.errors import ConfigError
 
 MAIN = "config"  # conf/config.yaml
 
 AGENTS = {
-    "random": schema.Random,
-    "sticky": schema.Sticky,
-    "bounce": schema.Bounce,
-    "frontier": schema.Frontier,
-    "lbs_dreamer": schema.LBSDreamer,
+    "random": agent_schema.Random,
+    "sticky": agent_schema.Sticky,
+    "bounce": agent_schema.Bounce,
+    "frontier": agent_schema.Frontier,
+    "lbs_dreamer": agent_schema.LBSDreamer,
 }
 
 

@@ -15,7 +15,7 @@ from curionav_cli.agents.lbs_dreamer.checkpoint import load_learner, save_learne
 from curionav_cli.agents.lbs_dreamer.learner import Learner, build_networks
 from curionav_cli.agents.lbs_dreamer.metrics import Meter
 from curionav_cli.agents.lbs_dreamer.world_model import Sequences
-from curionav_cli.config import schema
+from curionav_cli.config import agent_schema
 from curionav_cli.errors import ConfigError, RunFailed
 from curionav_cli.storage.replay import NO_ACTION, Replay
 
@@ -38,7 +38,7 @@ class LBSDreamer(Agent):
 
     learns = True
 
-    def __init__(self, hyper: schema.LBSDreamer, seed: int, device: str):
+    def __init__(self, hyper: agent_schema.LBSDreamer, seed: int, device: str):
         super().__init__(seed)
         self.hyper, self.device = hyper, resolve_device(device)
         weights, other = (int(n) for n in self.rng.integers(2**62, size=2))

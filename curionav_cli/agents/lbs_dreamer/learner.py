@@ -12,7 +12,7 @@ from curionav_cli.agents.lbs_dreamer.optimiser import Optimiser
 from curionav_cli.agents.lbs_dreamer.rssm import Observed, State
 from curionav_cli.agents.lbs_dreamer.stream_norm import StreamNorm
 from curionav_cli.agents.lbs_dreamer.world_model import Sequences, WorldModel, choose
-from curionav_cli.config import schema
+from curionav_cli.config import agent_schema
 
 ACTIONS = 3  # forward, left, right
 
@@ -20,7 +20,7 @@ ACTIONS = 3  # forward, left, right
 class Networks(nn.Module):
     """Everything with weights; what `weights.safetensors` holds."""
 
-    def __init__(self, hyper: schema.LBSDreamer):
+    def __init__(self, hyper: agent_schema.LBSDreamer):
         super().__init__()
         self.world_model = WorldModel(hyper, ACTIONS)
         features, units, layers = self.world_model.rssm.features, hyper.mlp_units, hyper.mlp_layers
@@ -29,7 +29,7 @@ class Networks(nn.Module):
         self.stream_norm = StreamNorm(hyper.reward_momentum, hyper.reward_centring)
 
 
-def build_networks(hyper: schema.LBSDreamer, generator: torch.Generator, device: torch.device) -> Networks:
+def build_networks(hyper: agent_schema.LBSDreamer, generator: torch.Generator, device: torch.device) -> Networks:
     """Made without drawing from torch's global generator, the same on every device."""
     with torch.device("meta"):
         networks = Networks(hyper)
@@ -43,7 +43,7 @@ def build_networks(hyper: schema.LBSDreamer, generator: torch.Generator, device:
 class Learner:
     """Networks and their optimisers. `updates` and `behaviour_updates` count what was done."""
 
-    def __init__(self, hyper: schema.LBSDreamer, networks: Networks, generator: torch.Generator):
+    def __init__(self, hyper: agent_schema.LBSDreamer, networks: Networks, generator: torch.Generator):
         self.hyper, self.networks, self.generator = hyper, networks, generator
         self.device = generator.device
         self.updates = self.behaviour_updates = 0
@@ -123,5 +123,5 @@ class Learner:
         return torch.rand(shape, generator=self.generator, device=self.device)
 
     def _precision(self) -> torch.autocast:
-        enabled = self.hyper.precision is schema.Precision.bfloat16
+        enabled = self.hyper.precision is agent_schema.Precision.bfloat16
         return torch.autocast(self.device.type, torch.bfloat16, enabled=enabled)

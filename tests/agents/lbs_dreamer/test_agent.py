@@ -114,14 +114,14 @@ import sys
 from pathlib import Path
 import torch
 from curionav_cli.agents.lbs_dreamer.agent import LBSDreamer
-from curionav_cli.config import schema
+from curionav_cli.config import agent_schema
 from curionav_cli.records import Episode
 from curionav_cli.storage.replay import Replay
 import json
 folder = Path(sys.argv[1])
 torch.set_num_threads(1)
 numbers = json.loads((folder / "hyper.json").read_text())
-hyper = schema.LBSDreamer(**{**numbers, "precision": schema.Precision(numbers["precision"])})
+hyper = agent_schema.LBSDreamer(**{**numbers, "precision": agent_schema.Precision(numbers["precision"])})
 agent = LBSDreamer(hyper, 5, "cpu")
 agent.load(folder / "half")
 agent.learn(Replay.open(sorted(folder.glob("*.npz"))), 3, lambda done: None)

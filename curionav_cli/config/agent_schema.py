@@ -1,0 +1,135 @@
+"""The settings of each agent, as schema.py describes it; the values stand in conf/agent and conf/scale."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import Enum
+
+from curionav_cli.config.bounds import within
+
+
+@dataclass(frozen=True)
+class Random:
+    """Each action equally likely."""
+
+    name: str
+
+
+@dataclass(frozen=True)
+class Sticky:
+    """Repeats its last action with probability `repeat`."""
+
+    name: str
+    repeat: float
+
+    def __post_init__(self) -> None:
+        within("agent.repeat", self.repeat, least=0, most=1)
+
+
+@dataclass(frozen=True)
+class Bounce:
+    """Forward until blocked, then a turn drawn from [min_turn, max_turn] degrees, either way."""
+
+    name: str
+    min_turn: float
+    max_turn: float
+
+    def __post_init__(self) -> None:
+        within("agent.min_turn", self.min_turn, least=10, most=180)
+        within("agent.max_turn", self.max_turn, least=self.min_turn, most=180)
+
+
+@dataclass(frozen=True)
+class Frontier:
+    """The oracle: is told the map, walks to the nearest cell it has not visited."""
+
+    name: str
+
+
+class Precision(Enum):
+    """What products and convolutions are computed in."""
+
+    float32 = "float32"
+    bfloat16 = "bfloat16"
+
+
+@dataclass(frozen=True)
+class LBSDreamer:
+    """The paper's hyperparameter table in its order, then what it leaves out.
+
+    The encoder's first stride and the decoder's last are one number, and divide their kernels: images
+    are kept as patches of that side.
+    """
+
+    name: str
+    # World model
+    batch_size: int
+    sequence_length: int
+    latent_dimension: int
+    latent_classes: int
+    gru_units: int
+    free_nats: float
+    kl_balance: float
+    model_lr: float
+    slow_critic_interval: int  # in updates of the critic
+    # Actor-critic
+    horizon: int
+    gamma: float
+    return_lambda: float
+    actor_lr: float
+    critic_lr: float
+    entropy: float
+    # Common
+    mlp_layers: int
+    mlp_units: int
+    adam_epsilon: float
+    weight_decay: float
+    clip: float
+    # Not in the table
+    rssm_hidden: int
+    encoder_channels: list[int]
+    encoder_kernels: list[int]
+    encoder_strides: list[int]
+    decoder_channels: list[int]
+    decoder_kernels: list[int]
+    decoder_strides: list[int]
+    decoded_share: float
+    behaviour_interval: int
+    imagination_starts: int
+    reward_momentum: float
+    reward_centring: float
+    lbs_burn_in: int
+    precision: Precision
+
+    def __post_init__(self) -> None:
+        at_least = {0: ("free_nats", "model_lr", "actor_lr", "critic_lr", "entropy", "adam_epsilon",
+                        "lbs_burn_in"),
+                    1: ("batch_size", "latent_dimension", "gru_units", "slow_critic_interval", "mlp_layers",
+                        "mlp_units", "rssm_hidden", "behaviour_interval", "imagination_starts"),
+                    2: ("sequence_length", "latent_classes", "horizon")}
+        for least, keys in at_least.items():
+            for key in keys:
+                within(f"agent.{key}", getattr(self, key), least=least)
+        for key in ("kl_balance", "gamma", "return_lambda", "weight_decay", "decoded_share",
+                    "reward_momentum", "reward_centring"):
+            within(f"agent.{key}", getattr(self, key), least=0, most=1)
+        within("agent.clip", self.clip, least=1e-8)
+        check_layers("agent.encoder", self.encoder_channels, self.encoder_kernels, self.encoder_strides)
+        check_layers("agent.decoder", [*self.decoder_channels, 3], self.decoder_kernels, self.decoder_strides)
+        side = 1
+        for kernel, stride in zip(self.decoder_kernels, self.decoder_strides, strict=True):
+            side = (side - 1) * stride + kernel
+        if side != 64:
+            raise ValueError(f"agent.decoder_kernels: with these strides the image has side {side}, not 64")
+        patch, kernels = self.encoder_strides[0], (self.encoder_kernels[0], self.decoder_kernels[-1])
+        if patch != self.decoder_strides[-1] or 64 % patch or any(kernel % patch for kernel in kernels):
+            raise ValueError("agent.encoder_strides: the first must be the last of agent.decoder_strides, "
+                             "and divide 64 and the kernels of those two layers")
+
+
+def check_layers(key: str, channels: list[int], kernels: list[int], strides: list[int]) -> None:
+    """Raises ValueError unless the three lists describe the same one or more layers."""
+    if not 2 <= len(channels) == len(kernels) == len(strides):
+        raise ValueError(f"{key}_channels: two layers at least, with a kernel and a stride each")
+    for name, numbers in (("channels", channels), ("kernels", kernels), ("strides", strides)):
+        within(f"{key}_{name}", min(numbers), least=1)
