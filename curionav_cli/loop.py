@@ -14,7 +14,7 @@ import gymnasium
 import numpy as np
 
 from curionav_cli.agents.agent import Agent
-from curionav_cli.records import Episode
+from curionav_cli.records import Episode, Foresight
 from curionav_cli.storage.replay import Replay
 
 
@@ -26,6 +26,9 @@ class Watcher(Protocol):
 
     def learned(self, iteration: int) -> None:
         """One more of the K iterations is done."""
+
+    def foresaw(self, index: int, foresight: Foresight) -> None:
+        """What the agent expected of episode `index`, before it learned from it."""
 
     def lived(self, index: int, episode: Episode, metrics: dict[str, float]) -> None:
         """Episode `index` and the learning after it are done."""
@@ -78,5 +81,9 @@ class LearnHere:
         self.store(index, episode)
         if not self.agent.learns:
             return {}
+        foresight = self.agent.foresee(index, episode)
+        if foresight:
+            self.watch.foresaw(index, foresight)
         self.replay.add(episode)
-        return self.agent.learn(self.replay, self.iterations, self.watch.learned)
+        metrics = self.agent.learn(self.replay, self.iterations, self.watch.learned)
+        return {**metrics, **(foresight.metrics() if foresight else {})}

@@ -1,4 +1,4 @@
-"""The nouns that travel between rooms: Pose, FloorPlan, Episode. Each can be saved and loaded.
+"""The nouns that travel between rooms: Pose, FloorPlan, Episode, Foresight. Each can be saved and loaded.
 
 Frames. x points right and y up, in metres from the lower-left corner of the scene (for a ROS map:
 of its image); yaw is counter-clockwise from +x in radians. Cell (row, column) covers
@@ -102,6 +102,36 @@ class Episode:
         arrays = read_arrays(path, ("image", "action", "pose", "collided", "events"))
         events = tuple(json.loads(str(arrays.pop("events"))))
         return cls(**arrays, events=events)
+
+
+@dataclass(frozen=True)
+class Foresight:
+    """What an agent expected of an episode that it had not learned from, seeing little and knowing the actions.
+
+    W windows, drawn at F steps: step (F,) int64 counts from the last frame that the agent saw, so that 0 and
+    less were seen and more were predicted; frame (W, F) int64, the frames of the episode that they stand for;
+    image (W, F, 64, 64, 3) uint8, the agent's. error and repeat (N, H) float32: mean squared errors in units of
+    [0, 1] after 1 to H steps of N windows evenly spread, the agent's and that of repeating the last seen frame.
+    """
+
+    step: np.ndarray
+    frame: np.ndarray
+    image: np.ndarray
+    error: np.ndarray
+    repeat: np.ndarray
+
+    def metrics(self) -> dict[str, float]:
+        """The mean errors after 1, 5 and 15 steps, as far as the prediction went."""
+        return {f"{name}_mse_{steps}": float(error[:, steps - 1].mean(dtype=np.float64))
+                for name, error in (("open_loop", self.error), ("repeat", self.repeat))
+                for steps in (1, 5, 15) if steps <= error.shape[1]}
+
+    def save(self, path: Path) -> None:
+        write_arrays(path, vars(self))
+
+    @classmethod
+    def load(cls, path: Path) -> Foresight:
+        return cls(**read_arrays(path, ("step", "frame", "image", "error", "repeat")))
 
 
 def write_arrays(path: Path, arrays: dict[str, np.ndarray]) -> None:

@@ -6,6 +6,7 @@ import pytest
 
 from curionav_cli.agents.agent import Agent
 from curionav_cli.loop import LearnHere, live
+from curionav_cli.records import Foresight
 from curionav_cli.storage.replay import Replay
 
 
@@ -32,6 +33,10 @@ class Line(gymnasium.Env):
         return observation, 0.0, False, False, info
 
 
+FORESEEN = Foresight(np.array([1]), np.array([[3]]), np.zeros((1, 1, 64, 64, 3), np.uint8),
+                     error=np.array([[0.25], [0.75]], np.float32), repeat=np.array([[1.0], [0.0]], np.float32))
+
+
 class Counter(Agent):
     """Acts 1, 0, 1, 0 ... and learns by noting what it was given."""
 
@@ -49,6 +54,10 @@ class Counter(Agent):
         self.t += 1
         return self.t % 2
 
+    def foresee(self, index, episode):
+        self.calls.append(("foresee", index, len(episode)))
+        return FORESEEN if index == 1 else None
+
     def learn(self, replay, iterations, tick):
         self.calls.append(("learn", replay.steps, iterations))
         for i in range(iterations):
@@ -60,10 +69,13 @@ class Notes:
     """A watcher that keeps everything."""
 
     def __init__(self):
-        self.steps, self.iterations, self.episodes = [], [], []
+        self.steps, self.iterations, self.episodes, self.foreseen = [], [], [], []
 
     def acted(self, step):
         self.steps.append(step)
+
+    def foresaw(self, index, foresight):
+        self.foreseen.append((index, foresight))
 
     def learned(self, iteration):
         self.iterations.append(iteration)
@@ -86,7 +98,8 @@ def life():
 def test_steps_then_iterations_then_home(life):
     calls, notes, stored = life()
     reset, home = ("reset", 7, {"episode": 0}), ("reset", None, None)
-    assert calls == [reset, "begin", ("learn", 4, 2), home, "begin", ("learn", 8, 2), home, "begin", ("learn", 12, 2)]
+    assert calls == [reset, "begin", ("foresee", 0, 4), ("learn", 4, 2), home, "begin", ("foresee", 1, 4),
+                     ("learn", 8, 2), home, "begin", ("foresee", 2, 4), ("learn", 12, 2)]
     assert notes.steps == [1, 2, 3, 4] * 3 and notes.iterations == [1, 2] * 3 and stored == [0, 1, 2]
 
 
@@ -97,6 +110,13 @@ def test_an_episode_holds_what_was_seen_before_and_after_each_action(life):
     assert episode.action.tolist() == [1, 0, 1, 0] and episode.collided.tolist() == [False, True, False, True]
     assert episode.image[:, 0, 0, 0].tolist() == [0, 1, 1, 2, 2] == episode.pose[:, 0].tolist()
     assert metrics["loss"] == 0.5 and metrics["seconds_acting"] >= 0 and metrics["seconds_learning"] >= 0
+
+
+def test_an_episode_is_foreseen_before_it_is_learned_and_its_errors_are_noted(life):
+    _, notes, _ = life()
+    assert notes.foreseen == [(1, FORESEEN)]
+    errors = [{k: v for k, v in metrics.items() if "mse" in k} for _, _, metrics in notes.episodes]
+    assert errors == [{}, {"open_loop_mse_1": 0.5, "repeat_mse_1": 0.5}, {}]
 
 
 def test_a_life_can_begin_at_a_later_episode(life):

@@ -30,6 +30,7 @@ def at(owner, name, when):
 
 third = lambda recorder: recorder.coverage.steps == 24
 if moment == "acting": at(Recorder, "acted", lambda recorder, step: third(recorder) and step == 7)
+if moment == "foreseeing": at(RunFolder, "save_foresight", lambda run, index, foresight: index == 2)
 if moment == "training": at(Recorder, "learned", lambda recorder, i: third(recorder) and i == 2)
 if moment == "saving": at(checkpoint, "flush", lambda path: path.parent.name == "000003.part")
 if moment == "between": at(RunFolder, "append_metrics", lambda run, row: row["episode"] == 2)
@@ -46,11 +47,10 @@ def curionav(*words, program=("-m", "curionav_cli")):
 def leftovers(run):
     """All that a run leaves behind, without what a clock wrote."""
     files = {}
-    for path in sorted((run / "episodes").iterdir()) + sorted((run / "figures").iterdir()):
-        files[path.name] = path.read_bytes()
-    for path in sorted((run / "checkpoint").rglob("*")):
-        if path.is_file():
-            files[str(path.relative_to(run))] = path.read_bytes()
+    for folder in ("episodes", "predictions", "figures", "checkpoint"):
+        for path in sorted((run / folder).rglob("*")):
+            if path.is_file():
+                files[str(path.relative_to(run))] = path.read_bytes()
     rows = [json.loads(line) for line in (run / "metrics.jsonl").read_text().splitlines()]
     files["metrics"] = [{k: v for k, v in row.items() if not k.startswith("seconds_")} for row in rows]
     files["status"] = json.loads((run / "status.json").read_text())
@@ -65,7 +65,12 @@ def undisturbed(tmp_path_factory):
     return leftovers(run)
 
 
-@pytest.mark.parametrize("moment", ["acting", "training", "saving", "between", "drawing"])
+def test_what_was_foreseen_is_among_it(undisturbed):
+    assert [name for name in undisturbed if "predictions" in name] == [f"predictions/00000{n}.npz" for n in range(4)]
+    assert all({"open_loop_mse_5", "repeat_mse_5"} <= row.keys() for row in undisturbed["metrics"])
+
+
+@pytest.mark.parametrize("moment", ["acting", "foreseeing", "training", "saving", "between", "drawing"])
 def test_a_killed_run_ends_as_an_undisturbed_one(tmp_path, undisturbed, moment):
     run = tmp_path / "run"
     killed = curionav(moment, "explore", *LEARNER, f"hydra.run.dir={run}", program=("-c", KILLED))

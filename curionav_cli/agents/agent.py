@@ -6,6 +6,7 @@
         for N steps:
             action = agent.act(observation, info)    # 0 forward 0.25 m, 1 left 10 deg, 2 right 10 deg
             observation, info = env.step(action)
+        agent.foresee(index, episode)                # what it would have expected of it, for the figures
         metrics = agent.learn(replay, iterations)    # K iterations on all that was lived so far
         agent.save(folder)                           # load(folder) restores it to the bit
 """
@@ -20,7 +21,7 @@ from typing import Any
 
 import numpy as np
 
-from curionav_cli.records import read_json
+from curionav_cli.records import Episode, Foresight, read_json
 from curionav_cli.storage.replay import Replay
 
 
@@ -46,6 +47,13 @@ class Agent(ABC):
         observation: image (64, 64, 3) uint8, depth (64, 64) float32 metres.
         info: pose (x, y, yaw), collided (did the last action fall short), episode.
         """
+
+    def foresee(self, index: int, episode: Episode) -> Foresight | None:
+        """What it expects of episode `index` before it learns from it; None if it expects nothing.
+
+        Changes nothing in the agent: what it draws comes from a generator of this episode alone.
+        """
+        return None
 
     def learn(self, replay: Replay, iterations: int, tick: Callable[[int], None]) -> dict[str, float]:
         """K iterations on the replay; tick(i) after each. Metrics for metrics.jsonl."""

@@ -6,7 +6,7 @@ from typing import Any
 
 from curionav_cli.agents.agent import Agent
 from curionav_cli.commands.progress import Report
-from curionav_cli.records import Episode
+from curionav_cli.records import Episode, Foresight
 from curionav_cli.results.coverage import Coverage
 from curionav_cli.storage import checkpoint
 from curionav_cli.storage.run_folder import RunFolder
@@ -30,6 +30,9 @@ class Recorder:
 
     def learned(self, iteration: int) -> None:
         self.report.learned(iteration)
+
+    def foresaw(self, index: int, foresight: Foresight) -> None:
+        self.run.save_foresight(index, foresight)
 
     def lived(self, index: int, episode: Episode, metrics: dict[str, float]) -> None:
         cells = self.coverage.add(episode.pose)

@@ -7,6 +7,7 @@
     plan.npz         the floor plan: cells, start, obstacles
     metrics.jsonl    one object an episode
     episodes/        000000.npz ...
+    predictions/     000000.npz ... what the agent expected of an episode before it learned from it
     checkpoint/      the state of the agent after the last two episodes
     figures/         heatmap.png, coverage.png
     table.md  results.csv
@@ -24,7 +25,7 @@ from typing import Any
 import numpy as np
 
 from curionav_cli.errors import RunFolderError
-from curionav_cli.records import Episode, FloorPlan, read_arrays, read_json, write_whole
+from curionav_cli.records import Episode, FloorPlan, Foresight, read_arrays, read_json, write_whole
 
 
 class RunFolder:
@@ -108,6 +109,15 @@ class RunFolder:
     def save_episode(self, index: int, episode: Episode) -> None:
         episode.save(self.episode_path(index))
 
+    def foresight_paths(self) -> dict[int, Path]:
+        """Predictions by episode, in order; none where the agent predicts nothing."""
+        return {int(path.stem): path for path in sorted((self.path / "predictions").glob(f"{'[0-9]' * 6}.npz"))}
+
+    def save_foresight(self, index: int, foresight: Foresight) -> None:
+        folder = self.path / "predictions"
+        folder.mkdir(exist_ok=True)
+        foresight.save(folder / f"{index:06d}.npz")
+
     def poses(self) -> Iterator[np.ndarray]:
         """(T+1, 3) of every episode, without reading its images."""
         for path in self.episode_paths():
@@ -137,6 +147,7 @@ class RunFolder:
         if len(rows) < episodes:
             raise RunFolderError(f"{self.metrics_file} ends after {len(rows)} of {episodes} episodes, "
                                  "so the run cannot go on. Restore it from a copy.")
-        for path in paths[episodes:]:
+        later = [path for index, path in self.foresight_paths().items() if index >= episodes]
+        for path in paths[episodes:] + later:
             path.unlink()
         self.write("metrics.jsonl", "".join(json.dumps(row) + "\n" for row in rows[:episodes]))

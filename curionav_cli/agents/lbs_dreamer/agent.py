@@ -12,12 +12,16 @@ import torch
 
 from curionav_cli.agents.agent import Agent
 from curionav_cli.agents.lbs_dreamer.checkpoint import load_learner, save_learner
+from curionav_cli.agents.lbs_dreamer.foresight import foresee
 from curionav_cli.agents.lbs_dreamer.learner import Learner, build_networks
 from curionav_cli.agents.lbs_dreamer.metrics import Meter
 from curionav_cli.agents.lbs_dreamer.world_model import Sequences
 from curionav_cli.config import agent_schema
 from curionav_cli.errors import ConfigError, RunFailed
+from curionav_cli.records import Episode, Foresight
 from curionav_cli.storage.replay import NO_ACTION, Replay
+
+FORESIGHT_STREAM = 2  # keeps what is drawn for predictions apart from what acting and learning draw
 
 
 def resolve_device(device: str) -> torch.device:
@@ -40,7 +44,7 @@ class LBSDreamer(Agent):
 
     def __init__(self, hyper: agent_schema.LBSDreamer, seed: int, device: str):
         super().__init__(seed)
-        self.hyper, self.device = hyper, resolve_device(device)
+        self.hyper, self.seed, self.device = hyper, seed, resolve_device(device)
         weights, other = (int(n) for n in self.rng.integers(2**62, size=2))
         networks = build_networks(hyper, torch.Generator().manual_seed(weights), self.device)
         self.learner = Learner(hyper, networks, torch.Generator(self.device).manual_seed(other))
@@ -62,6 +66,10 @@ class LBSDreamer(Agent):
                                     rssm.embed_input(model.encoder(patches)), noise[:, :-1])
         self.action = networks.behaviour.act(self.state.features, noise[:, -1])
         return int(self.action)
+
+    def foresee(self, index: int, episode: Episode) -> Foresight | None:
+        rng = np.random.default_rng([self.seed, FORESIGHT_STREAM, index])
+        return foresee(self.learner.networks.world_model, episode, rng, self.device)
 
     def learn(self, replay: Replay, iterations: int, tick: Callable[[int], None]) -> dict[str, float]:
         """K updates; the means of their scalars.
