@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+from contextlib import AbstractContextManager, nullcontext
+from typing import NamedTuple
+
 import torch
 from torch import Tensor, nn
 
 from curionav_cli.agents.lbs_dreamer.behaviour import Behaviour, targets_and_advantage
+from curionav_cli.agents.lbs_dreamer.graphs import Record, as_it_is
 from curionav_cli.agents.lbs_dreamer.lbs import LBS
 from curionav_cli.agents.lbs_dreamer.networks import initialise
 from curionav_cli.agents.lbs_dreamer.optimiser import Optimiser
@@ -40,10 +44,24 @@ def build_networks(hyper: agent_schema.LBSDreamer, generator: torch.Generator, d
     return networks.to(device)
 
 
-class Learner:
-    """Networks and their optimisers. `updates` and `behaviour_updates` count what was done."""
+class Noise(NamedTuple):
+    """All that one update leaves to chance, uniform in [0, 1); the last two where behaviour is learned."""
 
-    def __init__(self, hyper: agent_schema.LBSDreamer, networks: Networks, generator: torch.Generator):
+    latents: Tensor  # (T, B, S)
+    frames: Tensor  # (T * B,), their order is that of the frames to be decoded
+    starts: Tensor | None = None  # (T * B,), their order is that of the states to imagine from
+    imagined: Tensor | None = None  # (H, N, S + 1)
+
+
+class Learner:
+    """Networks and their optimisers. `updates` and `behaviour_updates` count what was done.
+
+    An update is counting and drawing, which stay in Python, and `compute`, which is tensors only: it
+    asks nothing of the host, so that `record` can make a CUDA graph of it (graphs.py).
+    """
+
+    def __init__(self, hyper: agent_schema.LBSDreamer, networks: Networks, generator: torch.Generator,
+                 record: Record = as_it_is):
         self.hyper, self.networks, self.generator = hyper, networks, generator
         self.device = generator.device
         self.updates = self.behaviour_updates = 0
@@ -55,22 +73,47 @@ class Learner:
             "actor": Optimiser(behaviour.actor, hyper.actor_lr, **common),
             "critic": Optimiser(behaviour.critic, hyper.critic_lr, **common),
         }
+        state = [*networks.state_dict().values(),
+                 *(tensor for optimiser in self.optimisers.values() for tensor in optimiser.state().values())]
+        self.run = {imagines: record(self.compute, state) for imagines in (True, False)}
 
     def update(self, data: Sequences) -> dict[str, Tensor]:
-        """One iteration; scalars of it, still on the device."""
-        seen, metrics = self.update_world_model(data)
-        metrics |= self.update_curiosity(seen, data.is_start)
-        if self.updates % self.hyper.behaviour_interval == 0:
-            metrics |= self.update_behaviour(seen.states)
+        """One iteration; scalars of it, on the device, where the next update may overwrite them."""
+        imagines = self.count()
+        return self.run[imagines](data, self.draw(data.action.shape, imagines))
+
+    def count(self) -> bool:
+        """Does the update that begins now learn behaviour too? The slow critic follows where it is due."""
+        imagines = self.updates % self.hyper.behaviour_interval == 0
+        if imagines:
+            if self.behaviour_updates % self.hyper.slow_critic_interval == 0:
+                self.networks.behaviour.update_slow_critic()
+            self.behaviour_updates += 1
         self.updates += 1
+        return imagines
+
+    def draw(self, shape: torch.Size, imagines: bool) -> Noise:
+        """For a batch of `shape` (T, B), from the agent's own generator."""
+        frames, latents = shape.numel(), self.hyper.latent_dimension
+        noise = Noise(self._uniform(*shape, latents), self._uniform(frames))
+        if not imagines:
+            return noise
+        count = min(self.hyper.imagination_starts, frames)
+        return noise._replace(starts=self._uniform(frames),
+                              imagined=self._uniform(self.hyper.horizon, count, latents + 1))
+
+    def compute(self, data: Sequences, noise: Noise) -> dict[str, Tensor]:
+        """Everything of an update that happens on the device."""
+        seen, metrics = self.update_world_model(data, noise)
+        metrics |= self.update_curiosity(seen, data.is_start)
+        if noise.starts is not None and noise.imagined is not None:
+            metrics |= self.update_behaviour(seen.states, noise.starts, noise.imagined)
         return {name: value.detach() for name, value in metrics.items()}
 
-    def update_world_model(self, data: Sequences) -> tuple[Observed, dict[str, Tensor]]:
+    def update_world_model(self, data: Sequences, noise: Noise) -> tuple[Observed, dict[str, Tensor]]:
         """Equation (1)."""
-        model = self.networks.world_model
-        noise = self._noise(*data.action.shape, self.hyper.latent_dimension)
         with self._precision():
-            loss, seen, metrics = model.loss(data, noise, self._noise(data.action.numel()))
+            loss, seen, metrics = self.networks.world_model.loss(data, noise.latents, noise.frames)
         metrics["model_norm"] = self.optimisers["model"].step(loss)
         return seen.detach(), metrics
 
@@ -81,19 +124,17 @@ class Learner:
         metrics["lbs_norm"] = self.optimisers["curiosity"].step(loss)
         return metrics
 
-    def update_behaviour(self, states: State) -> dict[str, Tensor]:
+    def update_behaviour(self, states: State, start_noise: Tensor, noise: Tensor) -> dict[str, Tensor]:
         """Equation (3): imagine from states (T, B, ...), then a step of the actor and one of the critic."""
         hyper, networks, behaviour = self.hyper, self.networks, self.networks.behaviour
-        if self.behaviour_updates % hyper.slow_critic_interval == 0:
-            behaviour.update_slow_critic()
-        self.behaviour_updates += 1
         with self._precision():
-            imagined = behaviour.imagine(networks.world_model.rssm, *self._starts(states))
-            features, action = imagined
+            starts = chosen_states(states, noise.shape[1], start_noise)
+            features, action = behaviour.imagine(networks.world_model.rssm, starts, noise)
             reward = networks.curiosity.reward(features).detach()
             scaled = networks.stream_norm(reward)
             value = behaviour.slow_values(features)
             target, advantage = targets_and_advantage(scaled, value, hyper.gamma, hyper.return_lambda)
+        with self._precision():  # anew: weights that were cast without gradients are forgotten in between
             actor_loss, entropy = behaviour.actor_loss(
                 features[:-2], action[:-1], advantage, hyper.gamma, hyper.entropy)
             critic_loss = behaviour.critic_loss(features[:-1], target, hyper.gamma)
@@ -110,18 +151,17 @@ class Learner:
         metrics["critic_norm"] = self.optimisers["critic"].step(critic_loss)
         return metrics
 
-    def _starts(self, states: State) -> tuple[State, Tensor]:
-        """States (N, ...) to imagine from, chosen among (T, B, ...), and noise (H, N, S + 1)."""
-        deter, stoch = (part.flatten(0, 1) for part in states)
-        count = min(self.hyper.imagination_starts, len(deter))
-        chosen = choose(len(deter), count, self._noise(len(deter)))
-        return (State(deter[chosen], stoch[chosen]),
-                self._noise(self.hyper.horizon, count, self.hyper.latent_dimension + 1))
-
-    def _noise(self, *shape: int) -> Tensor:
-        """Uniform in [0, 1), from the agent's own generator."""
+    def _uniform(self, *shape: int) -> Tensor:
         return torch.rand(shape, generator=self.generator, device=self.device)
 
-    def _precision(self) -> torch.autocast:
-        enabled = self.hyper.precision is agent_schema.Precision.bfloat16
-        return torch.autocast(self.device.type, torch.bfloat16, enabled=enabled)
+    def _precision(self) -> AbstractContextManager:
+        if self.hyper.precision is agent_schema.Precision.float32:
+            return nullcontext()
+        return torch.autocast(self.device.type, torch.bfloat16)
+
+
+def chosen_states(states: State, count: int, noise: Tensor) -> State:
+    """`count` of the states (T, B, ...) as (N, ...), by the order of `noise` (T * B,)."""
+    deter, stoch = (part.flatten(0, 1) for part in states)
+    chosen = choose(len(deter), count, noise)
+    return State(deter[chosen], stoch[chosen])

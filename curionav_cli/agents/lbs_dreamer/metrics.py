@@ -7,7 +7,10 @@ from torch import Tensor
 
 
 class Meter:
-    """Sums on the device; a name that is missing in some updates is averaged over the others."""
+    """Sums on the device; a name that is missing in some updates is averaged over the others.
+
+    The sums are its own: a scalar that was added may change afterwards, as those of a CUDA graph do.
+    """
 
     def __init__(self) -> None:
         self.sums: dict[str, Tensor] = {}
@@ -15,8 +18,9 @@ class Meter:
 
     def add(self, scalars: dict[str, Tensor]) -> None:
         for name, value in scalars.items():
-            self.sums[name] = self.sums[name] + value if name in self.sums else value
+            self.sums.setdefault(name, torch.zeros_like(value))
             self.counts[name] = self.counts.get(name, 0) + 1
+        torch._foreach_add_([self.sums[name] for name in scalars], list(scalars.values()))
 
     def read(self) -> dict[str, float]:
         """Plain floats; one wait for the device."""

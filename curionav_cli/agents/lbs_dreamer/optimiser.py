@@ -27,7 +27,12 @@ class Optimiser:
         self.names, parameters = zip(*module.named_parameters(), strict=True)
         self.parameters = list(parameters)
         self.decay, self.clip = decay, clip
-        self.adam = torch.optim.Adam(self.parameters, lr=rate, eps=epsilon, fused=True)
+        self.adam = torch.optim.Adam(self.parameters, lr=rate, eps=epsilon, fused=True,
+                                     capturable=self.parameters[0].is_cuda)  # can be part of a CUDA graph
+        for parameter in self.parameters:  # as its first step would do: all state is there from the start
+            self.adam.state[parameter] = {
+                "step": torch.zeros((), device=parameter.device),
+                "exp_avg": torch.zeros_like(parameter), "exp_avg_sq": torch.zeros_like(parameter)}
 
     def step(self, loss: Tensor) -> Tensor:
         """One update of these parameters and no others; returns the gradient's norm, unclipped."""
@@ -40,18 +45,15 @@ class Optimiser:
         return norm
 
     def state(self) -> dict[str, Tensor]:
-        """Adam's moments and step count by 'parameter/moment'; empty before the first step."""
+        """Adam's moments and step counts, themselves and not copies, by 'parameter/moment'."""
         return {
             f"{name}/{key}": value
             for name, parameter in zip(self.names, self.parameters, strict=True)
-            for key, value in self.adam.state.get(parameter, {}).items()
+            for key, value in self.adam.state[parameter].items()
         }
 
     def load_state(self, tensors: dict[str, Tensor]) -> None:
-        """Take over what `state` returned."""
-        index = {name: position for position, name in enumerate(self.names)}
-        state: dict[int, dict[str, Tensor]] = {}
+        """Take over what `state` returned, in place."""
+        own = self.state()
         for path, tensor in tensors.items():
-            name, key = path.rsplit("/", 1)
-            state.setdefault(index[name], {})[key] = tensor
-        self.adam.load_state_dict({**self.adam.state_dict(), "state": state})
+            own[path].copy_(tensor)

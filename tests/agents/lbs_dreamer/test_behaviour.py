@@ -120,12 +120,17 @@ def random_states(learner):
     return State(*(torch.rand(8, 3, size, generator=generator) for size in (rssm.deter, rssm.stoch)))
 
 
+def learn_to_act(learner):
+    noise = learner.draw(torch.Size((8, 3)), learner.count())
+    learner.update_behaviour(random_states(learner), noise.starts, noise.imagined)
+
+
 def test_slow_critic_is_copied_at_its_interval_and_only_then(learner):
-    made = learner(slow_critic_interval=3)
+    made = learner(slow_critic_interval=3, behaviour_interval=1)
     behaviour, copies = made.networks.behaviour, []
     for update in range(7):
         critic, slow = weights(behaviour.critic), weights(behaviour.slow_critic)
-        made.update_behaviour(random_states(made))
+        learn_to_act(made)
         after = weights(behaviour.slow_critic)
         if update and same(after, critic) and not same(after, slow):
             copies.append(update)
@@ -137,7 +142,7 @@ def test_learning_to_act_leaves_model_and_curiosity_alone(learner):
     others = made.networks.world_model, made.networks.curiosity
     before = [weights(module) for module in others]
     actor = weights(made.networks.behaviour.actor)
-    made.update_behaviour(random_states(made))
+    learn_to_act(made)
     assert all(same(old, weights(module)) for old, module in zip(before, others, strict=True))
     assert all(parameter.grad is None for module in others for parameter in module.parameters())
     assert not same(actor, weights(made.networks.behaviour.actor))
@@ -146,7 +151,7 @@ def test_learning_to_act_leaves_model_and_curiosity_alone(learner):
 def test_curiosity_leaves_the_model_alone_and_the_model_curiosity(learner, data):
     made = learner()
     curiosity = weights(made.networks.curiosity)
-    seen, _ = made.update_world_model(data)
+    seen, _ = made.update_world_model(data, made.draw(data.action.shape, False))
     assert same(curiosity, weights(made.networks.curiosity))
     model = weights(made.networks.world_model)
     made.update_curiosity(seen, data.is_start)

@@ -52,7 +52,7 @@ def test_one_batch_is_learned_by_heart_and_predicted_from_its_first_frames(tiny,
     settings = tiny(gru_units=48, rssm_hidden=48, latent_dimension=8, latent_classes=8, model_lr=3e-3,
                     encoder_channels=[8, 16, 16], decoder_channels=[16, 8], decoded_share=1.0)
     learner = Learner(settings, networks(settings), torch.Generator().manual_seed(1))
-    losses = [learner.update_world_model(data)[1] for _ in range(350)]
+    losses = [learner.update_world_model(data, learner.draw(data.action.shape, False))[1] for _ in range(350)]
     assert losses[-1]["image_mse"] < losses[0]["image_mse"] / 10
     assert losses[-1]["posterior_entropy"] < losses[0]["posterior_entropy"]
     predicted = learner.networks.world_model.predict(data.image, data.action, 3, noise(8, 3, 8))
