@@ -62,7 +62,7 @@ def bounce(settings: Config, world: Scene) -> Agent:
 def lbs_dreamer(settings: Config, world: Scene) -> Agent:
     from curionav_cli.agents.lbs_dreamer.agent import LBSDreamer  # torch is loaded for those who learn
 
-    return LBSDreamer(settings.agent, settings.seed, settings.device.value)
+    return LBSDreamer(settings.agent, settings.seed, settings.device.value, world.plan)
 
 
 AGENTS: dict[str, Callable[[Config, Scene], Any]] = {

@@ -53,6 +53,17 @@ class Precision(Enum):
     bfloat16 = "bfloat16"
 
 
+class Curiosity(Enum):
+    """What makes a state worth reaching; agents/lbs_dreamer/curiosity has a file for each."""
+
+    lbs = "lbs"
+    disagreement = "disagreement"
+    rnd = "rnd"
+    count = "count"
+    shuffled = "shuffled"
+    none = "none"
+
+
 @dataclass(frozen=True)
 class LBSDreamer:
     """The paper's hyperparameter table in its order, then what it leaves out.
@@ -62,6 +73,7 @@ class LBSDreamer:
     """
 
     name: str
+    curiosity: Curiosity
     # World model
     batch_size: int
     sequence_length: int
@@ -98,12 +110,12 @@ class LBSDreamer:
     imagination_starts: int
     reward_momentum: float
     reward_centring: float
-    lbs_burn_in: int
+    curiosity_burn_in: int
     precision: Precision
 
     def __post_init__(self) -> None:
         at_least = {0: ("free_nats", "model_lr", "actor_lr", "critic_lr", "entropy", "adam_epsilon",
-                        "lbs_burn_in"),
+                        "curiosity_burn_in"),
                     1: ("batch_size", "latent_dimension", "gru_units", "slow_critic_interval", "mlp_layers",
                         "mlp_units", "rssm_hidden", "behaviour_interval", "imagination_starts"),
                     2: ("sequence_length", "latent_classes", "horizon")}

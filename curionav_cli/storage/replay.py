@@ -18,6 +18,7 @@ class Replay:
         image     (B, L, 64, 64, 3) uint8
         action    (B, L) int64, the action that led to the observation; NO_ACTION at the window's
                   first, because the model starts there from a zero state
+        pose      (B, L, 3) float64, metres and radians
         is_start  (B,) bool, the window's first observation is the first of an episode
     """
 
@@ -26,6 +27,13 @@ class Replay:
 
     def add(self, episode: Episode) -> None:
         self.episodes.append(episode)
+
+    def __len__(self) -> int:
+        return len(self.episodes)
+
+    def episode(self, index: int) -> Episode:
+        """Number `index`, from the end where it is negative."""
+        return self.episodes[index]
 
     @property
     def steps(self) -> int:
@@ -49,4 +57,5 @@ class Replay:
         action = np.full((batch, length), NO_ACTION, np.int64)
         for row, (e, s) in enumerate(zip(which, start, strict=True)):
             action[row, 1:] = self.episodes[e].action[s:s + length - 1]
-        return {"image": image, "action": action, "is_start": start == 0}
+        pose = np.stack([self.episodes[e].pose[s:s + length] for e, s in zip(which, start, strict=True)])
+        return {"image": image, "action": action, "is_start": start == 0, "pose": pose}

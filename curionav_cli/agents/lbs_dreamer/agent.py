@@ -12,13 +12,14 @@ import torch
 
 from curionav_cli.agents.agent import Agent
 from curionav_cli.agents.lbs_dreamer.checkpoint import load_learner, save_learner
+from curionav_cli.agents.lbs_dreamer.curiosity.count import Visits
 from curionav_cli.agents.lbs_dreamer.foresight import foresee
 from curionav_cli.agents.lbs_dreamer.learner import Learner, build_networks
 from curionav_cli.agents.lbs_dreamer.metrics import Meter
 from curionav_cli.agents.lbs_dreamer.world_model import Sequences
 from curionav_cli.config import agent_schema
 from curionav_cli.errors import ConfigError, RunFailed
-from curionav_cli.records import Episode, Foresight
+from curionav_cli.records import Episode, FloorPlan, Foresight
 from curionav_cli.storage.replay import NO_ACTION, Replay
 
 FORESIGHT_STREAM = 2  # keeps what is drawn for predictions apart from what acting and learning draw
@@ -42,11 +43,12 @@ class LBSDreamer(Agent):
 
     learns = True
 
-    def __init__(self, hyper: agent_schema.LBSDreamer, seed: int, device: str):
+    def __init__(self, hyper: agent_schema.LBSDreamer, seed: int, device: str, plan: FloorPlan):
         super().__init__(seed)
         self.hyper, self.seed, self.device = hyper, seed, resolve_device(device)
         weights, other = (int(n) for n in self.rng.integers(2**62, size=2))
         networks = build_networks(hyper, torch.Generator().manual_seed(weights), self.device)
+        self.visits = Visits(plan) if hyper.curiosity is agent_schema.Curiosity.count else None
         self.learner = Learner(hyper, networks, torch.Generator(self.device).manual_seed(other))
         self.begin()
 
@@ -78,6 +80,8 @@ class LBSDreamer(Agent):
         or a gradient is not finite (the last save is then still a good one).
         """
         meter = Meter()
+        if self.visits:
+            self.visits.take_in(replay)
         for iteration in range(iterations):
             meter.add(self.learner.update(self._draw(replay)))
             tick(iteration + 1)
@@ -108,5 +112,8 @@ class LBSDreamer(Agent):
                 f"no episode is long enough to learn from: a training sequence has {length} observations "
                 f"(agent.sequence_length), so loop.steps must be at least {length - 1}.") from error
         image, action = (torch.from_numpy(batch[key]).transpose(0, 1) for key in ("image", "action"))
+        visits = None
+        if self.visits:
+            visits = torch.from_numpy(self.visits.of(batch["pose"])).t().float().to(self.device)
         return Sequences(image.contiguous().to(self.device), action.to(self.device),
-                         torch.from_numpy(batch["is_start"]).to(self.device))
+                         torch.from_numpy(batch["is_start"]).to(self.device), visits)

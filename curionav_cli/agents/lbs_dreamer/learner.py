@@ -8,9 +8,10 @@ from typing import NamedTuple
 import torch
 from torch import Tensor, nn
 
+from curionav_cli.agents.lbs_dreamer import latent
 from curionav_cli.agents.lbs_dreamer.behaviour import Behaviour, targets_and_advantage
+from curionav_cli.agents.lbs_dreamer.curiosity.choose import curiosity
 from curionav_cli.agents.lbs_dreamer.graphs import Record, as_it_is
-from curionav_cli.agents.lbs_dreamer.lbs import LBS
 from curionav_cli.agents.lbs_dreamer.networks import initialise
 from curionav_cli.agents.lbs_dreamer.optimiser import Optimiser
 from curionav_cli.agents.lbs_dreamer.rssm import Observed, State
@@ -28,7 +29,7 @@ class Networks(nn.Module):
         super().__init__()
         self.world_model = WorldModel(hyper, ACTIONS)
         features, units, layers = self.world_model.rssm.features, hyper.mlp_units, hyper.mlp_layers
-        self.curiosity = LBS(features, units, layers, hyper.lbs_burn_in)
+        self.curiosity = curiosity(hyper, self.world_model.rssm)
         self.behaviour = Behaviour(features, ACTIONS, units, layers)
         self.stream_norm = StreamNorm(hyper.reward_momentum, hyper.reward_centring)
 
@@ -49,6 +50,7 @@ class Noise(NamedTuple):
 
     latents: Tensor  # (T, B, S)
     frames: Tensor  # (T * B,), their order is that of the frames to be decoded
+    curiosity: Tensor  # (T, B)
     starts: Tensor | None = None  # (T * B,), their order is that of the states to imagine from
     imagined: Tensor | None = None  # (H, N, S + 1)
 
@@ -69,10 +71,11 @@ class Learner:
         behaviour = networks.behaviour
         self.optimisers = {
             "model": Optimiser(networks.world_model, hyper.model_lr, **common),
-            "curiosity": Optimiser(networks.curiosity, hyper.model_lr, **common),
             "actor": Optimiser(behaviour.actor, hyper.actor_lr, **common),
             "critic": Optimiser(behaviour.critic, hyper.critic_lr, **common),
         }
+        if any(parameter.requires_grad for parameter in networks.curiosity.parameters()):
+            self.optimisers["curiosity"] = Optimiser(networks.curiosity, hyper.model_lr, **common)
         state = [*networks.state_dict().values(),
                  *(tensor for optimiser in self.optimisers.values() for tensor in optimiser.state().values())]
         self.run = {imagines: record(self.compute, state) for imagines in (True, False)}
@@ -95,7 +98,7 @@ class Learner:
     def draw(self, shape: torch.Size, imagines: bool) -> Noise:
         """For a batch of `shape` (T, B), from the agent's own generator."""
         frames, latents = shape.numel(), self.hyper.latent_dimension
-        noise = Noise(self._uniform(*shape, latents), self._uniform(frames))
+        noise = Noise(self._uniform(*shape, latents), self._uniform(frames), self._uniform(*shape))
         if not imagines:
             return noise
         count = min(self.hyper.imagination_starts, frames)
@@ -105,7 +108,7 @@ class Learner:
     def compute(self, data: Sequences, noise: Noise) -> dict[str, Tensor]:
         """Everything of an update that happens on the device."""
         seen, metrics = self.update_world_model(data, noise)
-        metrics |= self.update_curiosity(seen, data.is_start)
+        metrics |= self.update_curiosity(seen, data, noise.curiosity)
         if noise.starts is not None and noise.imagined is not None:
             metrics |= self.update_behaviour(seen.states, noise.starts, noise.imagined)
         return {name: value.detach() for name, value in metrics.items()}
@@ -117,11 +120,13 @@ class Learner:
         metrics["model_norm"] = self.optimisers["model"].step(loss)
         return seen.detach(), metrics
 
-    def update_curiosity(self, seen: Observed, is_start: Tensor) -> dict[str, Tensor]:
+    def update_curiosity(self, seen: Observed, data: Sequences, noise: Tensor) -> dict[str, Tensor]:
         """Equation (2), on the states that the world model has just filtered."""
-        with self._precision():
-            loss, metrics = self.networks.curiosity.loss(seen, is_start)
-        metrics["lbs_norm"] = self.optimisers["curiosity"].step(loss)
+        metrics = {"kl": latent.kl(seen.posterior, seen.prior).mean()}
+        if "curiosity" in self.optimisers:
+            with self._precision():
+                loss, scalars = self.networks.curiosity.loss(seen, data, noise)
+            metrics |= scalars | {"curiosity_loss": loss, "curiosity_norm": self.optimisers["curiosity"].step(loss)}
         return metrics
 
     def update_behaviour(self, states: State, start_noise: Tensor, noise: Tensor) -> dict[str, Tensor]:
@@ -129,8 +134,9 @@ class Learner:
         hyper, networks, behaviour = self.hyper, self.networks, self.networks.behaviour
         with self._precision():
             starts = chosen_states(states, noise.shape[1], start_noise)
-            features, action = behaviour.imagine(networks.world_model.rssm, starts, noise)
-            reward = networks.curiosity.reward(features).detach()
+            imagined = behaviour.imagine(networks.world_model.rssm, starts, noise)
+            features, action = imagined
+            reward = networks.curiosity.reward(imagined).detach()
             scaled = networks.stream_norm(reward)
             value = behaviour.slow_values(features)
             target, advantage = targets_and_advantage(scaled, value, hyper.gamma, hyper.return_lambda)
@@ -139,7 +145,7 @@ class Learner:
                 features[:-2], action[:-1], advantage, hyper.gamma, hyper.entropy)
             critic_loss = behaviour.critic_loss(features[:-1], target, hyper.gamma)
         metrics = {
-            "lbs_reward": reward.mean(), "lbs_reward_deviation": reward.std(), "reward": scaled.mean(),
+            "curiosity_reward": reward.mean(), "curiosity_reward_deviation": reward.std(), "reward": scaled.mean(),
             "reward_deviation": scaled.std(), "reward_magnitude": networks.stream_norm.magnitude.clone(),
             "critic_value": value.mean(), "critic_target": target.mean(), "critic_loss": critic_loss,
             "advantage": advantage.mean(), "advantage_deviation": advantage.std(),

@@ -24,7 +24,8 @@ class Optimiser:
     """
 
     def __init__(self, module: nn.Module, rate: float, epsilon: float, decay: float, clip: float):
-        self.names, parameters = zip(*module.named_parameters(), strict=True)
+        self.names, parameters = zip(*((name, parameter) for name, parameter in module.named_parameters()
+                                            if parameter.requires_grad), strict=True)
         self.parameters = list(parameters)
         self.decay, self.clip = decay, clip
         self.adam = torch.optim.Adam(self.parameters, lr=rate, eps=epsilon, fused=True,

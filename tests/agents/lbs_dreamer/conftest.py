@@ -32,7 +32,8 @@ def one_thread():
 def hyper():
     """hyper(scale, **changes): the shipped settings of a scale, cpu.yaml laid over paper.yaml."""
     def make(scale="cpu", **changes):
-        settings = OmegaConf.merge(OmegaConf.structured(agent_schema.LBSDreamer), {"name": "lbs_dreamer"})
+        settings = OmegaConf.merge(OmegaConf.structured(agent_schema.LBSDreamer),
+                                   {"name": "lbs_dreamer", "curiosity": "lbs"})
         for name in ("paper", "cpu")[:1 if scale == "paper" else 2]:
             layer = OmegaConf.load(SCALES / f"{name}.yaml")
             layer.pop("defaults", None)
@@ -55,9 +56,9 @@ def networks():
 
 
 @pytest.fixture
-def agent(tiny):
+def agent(tiny, a_plan):
     """agent(seed=0, **changes): a tiny agent."""
-    return lambda seed=0, **changes: LBSDreamer(tiny(**changes), seed, "cpu")
+    return lambda seed=0, **changes: LBSDreamer(tiny(**changes), seed, "cpu", a_plan())
 
 
 @pytest.fixture

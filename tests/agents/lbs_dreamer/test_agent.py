@@ -11,6 +11,7 @@ import torch
 
 from curionav_cli.agents.lbs_dreamer.agent import LBSDreamer, resolve_device
 from curionav_cli.agents.lbs_dreamer.world_model import Sequences
+from curionav_cli.config import agent_schema
 from curionav_cli.errors import ConfigError, RunFailed, RunFolderError
 
 
@@ -41,8 +42,8 @@ def test_it_acts_and_learns(agent, replay):
     made, store, done = agent(), replay(), []
     metrics = made.learn(store, 4, done.append)
     assert done == [1, 2, 3, 4]
-    assert {"model_loss", "image_loss", "kl", "lbs_target", "lbs_reward", "actor_entropy", "critic_value",
-            "model_norm", "lbs_norm", "actor_norm", "critic_norm"} <= metrics.keys()
+    assert {"model_loss", "image_loss", "kl", "curiosity_target", "curiosity_reward", "actor_entropy", "critic_value",
+            "model_norm", "curiosity_norm", "actor_norm", "critic_norm"} <= metrics.keys()
     assert all(type(value) is float and np.isfinite(value) for value in metrics.values())
     actions = walk(made, store.episodes[0])
     assert set(actions) <= {0, 1, 2} and all(type(action) is int for action in actions)
@@ -115,14 +116,15 @@ from pathlib import Path
 import torch
 from curionav_cli.agents.lbs_dreamer.agent import LBSDreamer
 from curionav_cli.config import agent_schema
-from curionav_cli.records import Episode
+from curionav_cli.records import FloorPlan
 from curionav_cli.storage.replay import Replay
 import json
 folder = Path(sys.argv[1])
 torch.set_num_threads(1)
 numbers = json.loads((folder / "hyper.json").read_text())
-hyper = agent_schema.LBSDreamer(**{**numbers, "precision": agent_schema.Precision(numbers["precision"])})
-agent = LBSDreamer(hyper, 5, "cpu")
+hyper = agent_schema.LBSDreamer(**{**numbers, "precision": agent_schema.Precision(numbers["precision"]),
+                                   "curiosity": agent_schema.Curiosity(numbers["curiosity"])})
+agent = LBSDreamer(hyper, 5, "cpu", FloorPlan.load(folder / "plan"))
 agent.load(folder / "half")
 agent.learn(Replay.open(sorted(folder.glob("*.npz"))), 3, lambda done: None)
 (folder / "end").mkdir()
@@ -130,15 +132,17 @@ agent.save(folder / "end")
 """
 
 
-def test_a_fresh_process_goes_on_to_the_same_bytes(tiny, replay, tmp_path):
-    settings, store = tiny(), replay()
-    numbers = {**vars(settings), "precision": settings.precision.value}
+@pytest.mark.parametrize("curiosity", [choice.value for choice in agent_schema.Curiosity])
+def test_a_fresh_process_goes_on_to_the_same_bytes(tiny, replay, a_plan, tmp_path, curiosity):
+    settings, store = tiny(curiosity=curiosity), replay()
+    numbers = {**vars(settings), "precision": settings.precision.value, "curiosity": curiosity}
     (tmp_path / "hyper.json").write_text(json.dumps(numbers))
+    a_plan().save(tmp_path / "plan")
     for index, episode in enumerate(store.episodes):
         episode.save(tmp_path / f"{index}.npz")
     for name in ("half", "straight"):
         (tmp_path / name).mkdir()
-    made = LBSDreamer(settings, 0, "cpu")
+    made = LBSDreamer(settings, 0, "cpu", a_plan())
     made.learn(store, 3, ignore)
     made.save(tmp_path / "half")
     made.learn(store, 3, ignore)
@@ -209,5 +213,5 @@ def test_bfloat16_is_what_the_setting_says_and_close_to_float32(agent, replay):
         one.learner.networks.world_model.encoder.register_forward_hook(lambda *call, s=seen: s.append(call[2].dtype))
         learned[precision] = one.learn(replay(), 1, lambda i: None)
         assert seen[0] == getattr(torch, precision)
-    for name in ("model_loss", "lbs_target", "kl"):
+    for name in ("model_loss", "curiosity_target", "kl"):
         assert learned["bfloat16"][name] == pytest.approx(learned["float32"][name], rel=0.03)

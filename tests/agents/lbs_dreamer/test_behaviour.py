@@ -151,9 +151,10 @@ def test_learning_to_act_leaves_model_and_curiosity_alone(learner):
 def test_curiosity_leaves_the_model_alone_and_the_model_curiosity(learner, data):
     made = learner()
     curiosity = weights(made.networks.curiosity)
-    seen, _ = made.update_world_model(data, made.draw(data.action.shape, False))
+    noise = made.draw(data.action.shape, False)
+    seen, _ = made.update_world_model(data, noise)
     assert same(curiosity, weights(made.networks.curiosity))
     model = weights(made.networks.world_model)
-    made.update_curiosity(seen, data.is_start)
+    made.update_curiosity(seen, data, noise.curiosity)
     assert same(model, weights(made.networks.world_model))
     assert not same(curiosity, weights(made.networks.curiosity))

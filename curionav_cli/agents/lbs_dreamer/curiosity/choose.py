@@ -1,0 +1,24 @@
+"""agent.curiosity -> the curiosity."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from curionav_cli.agents.lbs_dreamer.curiosity.count import Count
+from curionav_cli.agents.lbs_dreamer.curiosity.curiosity import Curiosity
+from curionav_cli.agents.lbs_dreamer.curiosity.disagreement import Disagreement
+from curionav_cli.agents.lbs_dreamer.curiosity.lbs import LBS
+from curionav_cli.agents.lbs_dreamer.curiosity.none import Indifferent
+from curionav_cli.agents.lbs_dreamer.curiosity.rnd import RND
+from curionav_cli.agents.lbs_dreamer.curiosity.shuffled import Shuffled
+from curionav_cli.agents.lbs_dreamer.rssm import RSSM
+from curionav_cli.config import agent_schema
+
+CURIOSITIES: dict[str, Callable[..., Curiosity]] = {
+    "lbs": LBS, "shuffled": Shuffled, "count": Count, "rnd": RND, "disagreement": Disagreement, "none": Indifferent,
+}
+
+
+def curiosity(hyper: agent_schema.LBSDreamer, rssm: RSSM) -> Curiosity:
+    """The chosen one, with heads of the actor's and critic's size."""
+    return CURIOSITIES[hyper.curiosity.value](rssm, hyper.mlp_units, hyper.mlp_layers, hyper.curiosity_burn_in)
