@@ -54,6 +54,7 @@ def leftovers(run):
     rows = [json.loads(line) for line in (run / "metrics.jsonl").read_text().splitlines()]
     files["metrics"] = [{k: v for k, v in row.items() if not k.startswith("seconds_")} for row in rows]
     files["status"] = json.loads((run / "status.json").read_text())
+    files["replay"] = files["status"].pop("replay")
     return files
 
 
@@ -83,6 +84,20 @@ def test_a_killed_run_ends_as_an_undisturbed_one(tmp_path, undisturbed, moment):
     ours = leftovers(run)
     assert ours.keys() == undisturbed.keys()
     assert [name for name in ours if ours[name] != undisturbed[name]] == []
+
+
+def test_the_memory_of_the_replay_changes_no_result_and_may_change(tmp_path, undisturbed):
+    run, frame = tmp_path / "run", 64 * 64 * 3
+    words = (*LEARNER, "loop.replay_memory=0", f"hydra.run.dir={run}")
+    killed = curionav("training", "explore", *words, program=("-c", KILLED))
+    assert killed.returncode == -signal.SIGKILL, killed.stderr
+    resumed = curionav("resume", str(run), f"loop.replay_memory={20 * frame / 1e9}")
+    assert resumed.returncode == 0, resumed.stderr
+    ours = leftovers(run)
+    assert [name for name in ours if ours[name] != undisturbed[name]] == ["replay"]
+    used = {"episodes": 4, "steps": 48, "bytes_in_memory": 13 * frame, "bytes_on_disk": 39 * frame}
+    assert ours["replay"] == used
+    assert undisturbed["replay"] == {**used, "bytes_in_memory": 52 * frame, "bytes_on_disk": 0}
 
 
 def test_a_finished_run_returns_at_once_and_more_episodes_go_on_from_it(tmp_path, undisturbed):

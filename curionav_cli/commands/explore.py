@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import errno
 import hashlib
-from contextlib import suppress
+from contextlib import closing, suppress
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -76,17 +76,15 @@ def rooted(env: Env) -> Env:
 
 def live_run(settings: Config, run: RunFolder, world: Scene, agent: Agent, fixed: dict[str, Any], first: int) -> None:
     """From episode `first` to the last."""
-    show = report(f"{settings.agent.name} seed {settings.seed}", settings.loop, first)
-    coverage = cover(run.plan, run.poses())
-    recorder = Recorder(run, agent, coverage, fixed, show)
-    run.set_status(state="running", error=None, episode=first, episodes=settings.loop.episodes, **recorder.counts())
-    replay = Replay.open(run.episode_paths()) if agent.learns else Replay()
-    learn = LearnHere(agent, replay, settings.loop.iterations, recorder, run.save_episode)
-    try:
+    coverage, memory = cover(run.plan, run.poses()), settings.loop.replay_memory * 1e9
+    stored = run.episode_paths() if agent.learns else []
+    with closing(Replay.open(stored, memory=memory, folder=run.path)) as replay, \
+            closing(report(f"{settings.agent.name} seed {settings.seed}", settings.loop, first)) as show:
+        recorder = Recorder(run, agent, replay, coverage, fixed, show)
+        learn = LearnHere(agent, replay, settings.loop.iterations, recorder, run.save_episode)
+        run.set_status(state="running", error=None, episode=first, episodes=settings.loop.episodes, **recorder.counts())
         live(build.env(settings, world), agent, learn, episodes=settings.loop.episodes, steps=settings.loop.steps,
              seed=settings.seed, watch=recorder, first=first)
-    finally:
-        show.close()
 
 
 def go_on(run: RunFolder, agent: Agent, found: tuple[int, Path] | None) -> None:

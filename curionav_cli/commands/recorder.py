@@ -9,6 +9,7 @@ from curionav_cli.commands.progress import Report
 from curionav_cli.records import Episode, Foresight
 from curionav_cli.results.coverage import Coverage
 from curionav_cli.storage import checkpoint
+from curionav_cli.storage.replay import Replay
 from curionav_cli.storage.run_folder import RunFolder
 from curionav_cli.world.motion import FORWARD, LEFT, RIGHT
 
@@ -16,8 +17,9 @@ from curionav_cli.world.motion import FORWARD, LEFT, RIGHT
 class Recorder:
     """The loop's watcher (loop.Watcher). `fixed`: the settings that a resumed run may not change."""
 
-    def __init__(self, run: RunFolder, agent: Agent, coverage: Coverage, fixed: dict[str, Any], report: Report):
-        self.run, self.agent, self.coverage = run, agent, coverage
+    def __init__(self, run: RunFolder, agent: Agent, replay: Replay, coverage: Coverage, fixed: dict[str, Any],
+                 report: Report):
+        self.run, self.agent, self.replay, self.coverage = run, agent, replay, coverage
         self.fixed, self.report = fixed, report
 
     def counts(self) -> dict[str, float]:
@@ -39,8 +41,14 @@ class Recorder:
         counts = self.counts()
         self.run.append_metrics({"episode": index, **counts, "cells_in_episode": cells, **habits(episode), **metrics})
         checkpoint.save(self.run.checkpoints, index + 1, self.fixed, self.agent.save)
-        self.run.set_status(episode=index + 1, **counts)
+        self.run.set_status(episode=index + 1, **counts, **usage(self.agent, self.replay))
         self.report.lived(self.coverage.share, self.coverage.visited, self.coverage.total)
+
+
+def usage(agent: Agent, replay: Replay) -> dict[str, Any]:
+    """What a learner's replay holds, for status.json."""
+    return {"replay": {"episodes": len(replay), "steps": replay.steps, "bytes_in_memory": replay.in_memory,
+                       "bytes_on_disk": replay.on_disk}} if agent.learns else {}
 
 
 def habits(episode: Episode) -> dict[str, float]:

@@ -6,7 +6,6 @@ import logging
 import sys
 from collections.abc import Iterator
 from contextlib import chdir, contextmanager
-from dataclasses import replace
 from pathlib import Path
 
 import yaml
@@ -14,12 +13,12 @@ import yaml
 from curionav_cli.commands import explore
 from curionav_cli.commands.launch import INTERRUPTED, Request
 from curionav_cli.config.preflight import pin
-from curionav_cli.config.schema import Config
 from curionav_cli.config.settings import read_settings
 from curionav_cli.errors import ConfigError, RunFailed, RunFolderError, UserError
 from curionav_cli.storage.run_folder import RunFolder
 
-MAY_CHANGE = ("loop.episodes", "env.map", "env.overlay")  # a run may be longer than planned, and files may move
+# A run may be longer than planned, files may move, and machines differ in memory.
+MAY_CHANGE = ("loop.episodes", "env.map", "env.overlay", "loop.replay_memory")
 
 
 def run(folder: Path, changes: list[str]) -> int:
@@ -35,7 +34,7 @@ def run(folder: Path, changes: list[str]) -> int:
     if (folder / "multirun.yaml").is_file():
         return resume_sweep(folder.resolve(), changes)
     one = RunFolder.existing(folder)
-    settings = changed(read_settings(one.config), changes)
+    settings = read_settings(one.config, changes)
     try:
         with logged(folder / "explore.log"):
             explore.explore(settings, folder)
@@ -81,18 +80,3 @@ def logged(path: Path) -> Iterator[None]:
         log.removeHandler(handler)
         log.propagate = True
         handler.close()
-
-
-def changed(settings: Config, changes: list[str]) -> Config:
-    """The settings of one run with what may change."""
-    for change in changes:
-        key, _, value = change.partition("=")
-        if key == "env.map":
-            settings = replace(settings, env=replace(settings.env, map=value))
-        elif key == "env.overlay":
-            settings = replace(settings, env=replace(settings.env, overlay=value))
-        elif not value.isdecimal() or int(value) < 1:
-            raise ConfigError(f"loop.episodes: {value!r} is not a number of episodes")
-        else:
-            settings = replace(settings, loop=replace(settings.loop, episodes=int(value)))
-    return settings

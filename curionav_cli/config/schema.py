@@ -35,11 +35,13 @@ class Loop:
     steps: int
     iterations: int
     episodes: int
+    replay_memory: float  # GB of frames; the others are read from the disk
 
     def __post_init__(self) -> None:
         within("loop.steps", self.steps, least=1)
         within("loop.iterations", self.iterations, least=0)
         within("loop.episodes", self.episodes, least=1)
+        within("loop.replay_memory", self.replay_memory, least=0)
 
 
 @dataclass(frozen=True)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from copy import deepcopy
 from pathlib import Path
 
@@ -9,6 +10,7 @@ import yaml
 from omegaconf import DictConfig, OmegaConf, flag_override
 from omegaconf.errors import MissingMandatoryValue, OmegaConfBaseException
 
+from curionav_cli.config.answers import in_words, type_of
 from curionav_cli.config.schema import Config
 from curionav_cli.config.sources import AGENTS, writable
 from curionav_cli.errors import ConfigError, RunFolderError
@@ -43,16 +45,31 @@ def settings_yaml(settings: Config) -> str:
     return OmegaConf.to_yaml(OmegaConf.structured(settings))
 
 
-def read_settings(path: Path) -> Config:
-    """The settings that a run was started with. Raises RunFolderError where they cannot be read."""
+def read_settings(path: Path, changes: Sequence[str] = ()) -> Config:
+    """The settings that a run was started with, but for `changes`: ["loop.episodes=20"].
+
+    Raises RunFolderError where they cannot be read, ConfigError for a value that cannot be.
+    """
     try:
         recorded = OmegaConf.create(yaml.safe_load(path.read_text()))
         node = writable(Config)
         node["agent"] = writable(AGENTS[recorded.agent.name])
         node.merge_with(recorded)
-        return as_settings(node)
+        settings = as_settings(node)
     except OSError as error:
         raise RunFolderError(f"{path} cannot be read ({error.strerror}): not the folder of a run.") from error
     except (OmegaConfBaseException, ConfigError, KeyError, TypeError, ValueError, yaml.YAMLError) as error:
         line = next(iter(str(error).splitlines()), type(error).__name__)
         raise RunFolderError(f"{path} does not hold the settings of a run: {line}") from error
+    return changed(node, changes) if changes else settings
+
+
+def changed(config: DictConfig, changes: Sequence[str]) -> Config:
+    """The settings of `config` with other values. Raises ConfigError for a value that cannot be."""
+    for change in changes:
+        key, _, value = change.partition("=")
+        try:
+            OmegaConf.update(config, key, value)
+        except OmegaConfBaseException as error:
+            raise ConfigError(f"{key}: {value!r} is not {in_words(type_of(config, key))}.") from error
+    return as_settings(config)

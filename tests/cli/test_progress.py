@@ -21,7 +21,7 @@ def clock(monkeypatch: pytest.MonkeyPatch) -> list[float]:
 
 def test_a_plain_line_tells_speed_coverage_and_time_left(
         clock: list[float], capsys: pytest.CaptureFixture[str]) -> None:
-    report = progress.PlainReport("random seed 0", Loop(500, 100, 10), first=4)
+    report = progress.PlainReport("random seed 0", Loop(500, 100, 10, 2), first=4)
     clock[0] = 2.0
     report.acted(500)
     clock[0] = 60.0
@@ -31,7 +31,7 @@ def test_a_plain_line_tells_speed_coverage_and_time_left(
 
 
 def test_hours_are_told_as_hours(clock: list[float]) -> None:
-    report = progress.PlainReport("random seed 0", Loop(500, 100, 101), first=0)
+    report = progress.PlainReport("random seed 0", Loop(500, 100, 101, 2), first=0)
     clock[0] = 120.0
     report.lived(0.1, 1, 10)
     assert report.left() == "3 h 20 min"
@@ -41,7 +41,7 @@ def test_the_live_line_fits_eighty_columns_and_has_no_colour_if_none_is_wanted(
         clock: list[float], monkeypatch: pytest.MonkeyPatch) -> None:
     screen = io.StringIO()
     monkeypatch.setattr(progress, "Console", lambda: Console(file=screen, force_terminal=True, width=80))
-    report = progress.LiveReport("lbs_dreamer seed 0", Loop(500, 100, 20), first=0)
+    report = progress.LiveReport("lbs_dreamer seed 0", Loop(500, 100, 20, 2), first=0)
     clock[0] = 1.0
     report.acted(250)
     report.learned(40)
@@ -55,4 +55,4 @@ def test_the_live_line_fits_eighty_columns_and_has_no_colour_if_none_is_wanted(
 def test_jobs_that_run_beside_each_other_print_plain_lines(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(progress.sys.stdout, "isatty", lambda: True, raising=False)
     monkeypatch.setattr(progress.multiprocessing, "parent_process", lambda: object())
-    assert type(progress.report("x", Loop(1, 1, 1), 0)) is progress.PlainReport
+    assert type(progress.report("x", Loop(1, 1, 1, 2), 0)) is progress.PlainReport

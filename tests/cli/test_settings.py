@@ -51,7 +51,7 @@ def test_scale_chooses_the_hyperparameters() -> None:
 def test_the_defaults() -> None:
     settings = composed()
     assert (settings.seed, settings.device) == (0, schema.Device.auto)
-    assert settings.loop == schema.Loop(steps=500, iterations=100, episodes=10)
+    assert settings.loop == schema.Loop(steps=500, iterations=100, episodes=10, replay_memory=2)
     assert (settings.env.name, settings.agent.name) == ("small_room", "lbs_dreamer")
 
 
