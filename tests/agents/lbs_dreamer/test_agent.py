@@ -45,7 +45,7 @@ def test_it_acts_and_learns(agent, replay):
     assert {"model_loss", "image_loss", "kl", "curiosity_target", "curiosity_reward", "actor_entropy", "critic_value",
             "model_norm", "curiosity_norm", "actor_norm", "critic_norm"} <= metrics.keys()
     assert all(type(value) is float and np.isfinite(value) for value in metrics.values())
-    actions = walk(made, store.episodes[0])
+    actions = walk(made, store.episode(0))
     assert set(actions) <= {0, 1, 2} and all(type(action) is int for action in actions)
 
 
@@ -61,14 +61,14 @@ def test_same_seed_same_bytes_other_seed_other_bytes(agent, replay):
     for seed in (0, 0, 1):
         torch.manual_seed(len(prints))  # the global generator must not matter
         made = agent(seed)
-        walk(made, replay().episodes[0])
+        walk(made, replay().episode(0))
         made.learn(replay(), 3, ignore)
-        prints.append((fingerprint(made), tuple(walk(made, replay().episodes[1]))))
+        prints.append((fingerprint(made), tuple(walk(made, replay().episode(1)))))
     assert prints[0] == prints[1] and prints[0][0] != prints[2][0]
 
 
 def test_acting_is_filtering_with_the_same_noise(agent, replay):
-    made, episode = agent(), replay().episodes[0]
+    made, episode = agent(), replay().episode(0)
     noise = torch.rand(len(episode) + 1, 1, 5, generator=torch.Generator().manual_seed(3))
     draws = iter(noise)
     torch_rand, torch.rand = torch.rand, lambda *shape, **kw: next(draws)
@@ -89,7 +89,7 @@ def test_acting_is_filtering_with_the_same_noise(agent, replay):
 
 
 def test_an_episode_starts_afresh(agent, replay):
-    made, episode = agent(), replay().episodes[0]
+    made, episode = agent(), replay().episode(0)
     state = made.learner.generator.get_state()
     first = walk(made, episode)
     made.learner.generator.set_state(state)
@@ -104,10 +104,10 @@ def test_a_resumed_agent_is_the_same_to_the_bit(agent, replay, tmp_path):
     resumed.load(tmp_path)
     assert fingerprint(resumed) == fingerprint(straight)
     for made in (straight, resumed):
-        walk(made, store.episodes[0])
+        walk(made, store.episode(0))
         made.learn(store, 3, ignore)
     assert fingerprint(resumed) == fingerprint(straight)
-    assert walk(resumed, store.episodes[1]) == walk(straight, store.episodes[1])
+    assert walk(resumed, store.episode(1)) == walk(straight, store.episode(1))
 
 
 FRESH = """
@@ -138,7 +138,7 @@ def test_a_fresh_process_goes_on_to_the_same_bytes(tiny, replay, a_plan, tmp_pat
     numbers = {**vars(settings), "precision": settings.precision.value, "curiosity": curiosity}
     (tmp_path / "hyper.json").write_text(json.dumps(numbers))
     a_plan().save(tmp_path / "plan")
-    for index, episode in enumerate(store.episodes):
+    for index, episode in enumerate(map(store.episode, range(len(store)))):
         episode.save(tmp_path / f"{index}.npz")
     for name in ("half", "straight"):
         (tmp_path / name).mkdir()

@@ -13,7 +13,7 @@ from curionav_cli.records import Foresight
 
 @pytest.fixture
 def long(replay):
-    return replay(1, 60).episodes[0]
+    return replay(1, 60).episode(0)
 
 
 def test_the_record_holds_pictures_where_they_belong_and_the_errors_of_all_steps(agent, long):
@@ -91,7 +91,7 @@ def test_the_agent_is_left_as_it_was_and_the_same_is_foreseen_again(agent, repla
 
 
 def test_a_short_episode_is_foreseen_as_far_as_it_goes(agent, replay):
-    short = agent().foresee(0, replay(1, 12).episodes[0])
+    short = agent().foresee(0, replay(1, 12).episode(0))
     assert short.step.tolist() == [-2, 0, 1, 3, 5, 8] and short.error.shape == (MEASURED, 8)
     assert short.metrics().keys() == {f"{name}_mse_{n}" for name in ("open_loop", "repeat") for n in (1, 5)}
-    assert agent().foresee(0, replay(1, CONTEXT - 1).episodes[0]) is None
+    assert agent().foresee(0, replay(1, CONTEXT - 1).episode(0)) is None
