@@ -28,7 +28,7 @@ PINNED = (
     "vizdoom==1.3.2", "miniworld==2.1.0", "pyglet==1.5.31", "gymnasium==1.4.0", "numpy==2.4.6", "scipy==1.17.1",
     "numba==0.68.1", "PyYAML==6.0.3", "opencv-python-headless==5.0.0.93",
 )
-RESULTS, BEGIN, END = HERE / "RESULTS.md", "<!-- simulator -->", "<!-- /simulator -->"
+RESULTS = HERE / "RESULTS.md"
 DOOM, MINIWORLD = "ViZDoom, RGB and depth, resized to 64 x 64", "Miniworld, RGB and depth"
 
 
@@ -69,11 +69,12 @@ def machine() -> str:
     return f"{model}, {os.cpu_count()} cores, Python {platform.python_version()}"
 
 
-def write(text: str) -> None:
-    """Replaces what stands between the two marks in RESULTS.md."""
-    before, _, rest = RESULTS.read_text(encoding="utf-8").partition(BEGIN)
-    after = rest.partition(END)[2]
-    RESULTS.write_text(f"{before}{BEGIN}\n{text}\n{END}{after}", encoding="utf-8")
+def write(text: str, section: str = "simulator") -> None:
+    """Replaces what stands between the two marks of a section in RESULTS.md."""
+    begin, end = f"<!-- {section} -->", f"<!-- /{section} -->"
+    before, _, rest = RESULTS.read_text(encoding="utf-8").partition(begin)
+    after = rest.partition(end)[2]
+    RESULTS.write_text(f"{before}{begin}\n{text}\n{end}{after}", encoding="utf-8")
 
 
 def main() -> None:
