@@ -170,19 +170,20 @@ class Stage:
                 for row, process in self.alive.items()}, peaks
 
 
-def table(measured: dict[Row, Measured]) -> str:
+def table(measured: dict[Row, Measured], device: str) -> str:
     """Markdown: what an update takes, how near to the limit that is, and how many times faster than each peer."""
     middle = {row: float(np.median(numbers.update)) for row, numbers in measured.items()}
     peers = [row for row in measured if row.contender != "curionav" and row.precision == "float32"]
-    columns = ["learner", "s an update", "quartiles", "GFLOP", "GFLOP/s", "of the peak", "ms a step of acting",
-               "s an episode", "GB", *(f"x {peer}" for peer in peers)]
+    unit, many = ("ms", 1e3) if device == CUDA else ("CPU-s", 1.0)
+    columns = ["learner", f"{unit} an update", "quartiles", "GFLOP", "GFLOP/s", "of the peak", "ms a step of acting",
+               "steps a second", "s an episode", "GB", *(f"x {peer}" for peer in peers)]
     lines = [f"| {' | '.join(columns)} |", "|---" * len(columns) + "|"]
     for row, numbers in measured.items():
-        low, high = np.quantile(numbers.update, (0.25, 0.75))
+        low, high = many * np.quantile(numbers.update, (0.25, 0.75))
         rate, act = numbers.gflop / numbers.update, float(np.median(numbers.act))
-        cells = [str(row), f"{middle[row]:.3g}", f"{low:.3g} to {high:.3g}",
+        cells = [str(row), f"{many * middle[row]:.3g}", f"{low:.3g} to {high:.3g}",
                  f"{numbers.gflop:.4g}" + ("" if numbers.counted else " by formula"), f"{np.median(rate):.3g}",
-                 f"{np.median(rate / numbers.peak):.0%}", f"{1e3 * act:.2f}",
+                 f"{np.median(rate / numbers.peak):.0%}", f"{1e3 * act:.2f}", f"{1 / act:.0f}",
                  f"{EPISODE[0] * act + EPISODE[1] * middle[row]:.3g}", f"{numbers.memory / 1e9:.2f}",
                  *(f"{middle[peer] / middle[row]:.2f}" for peer in peers)]
         lines.append(f"| {' | '.join(cells)} |")
@@ -209,7 +210,7 @@ def section(scale: str, device: str, repeats: int, only: str, peers: Path) -> st
         low, middle, high = np.quantile([peak[precision] for peak in peaks], (0.25, 0.5, 0.75))
         lines.append(f"- Peak in {precision}: {middle:.4g} GFLOP/s, quartiles {low:.4g} to {high:.4g}. At it an update "
                      f"of ours, {work:.4g} GFLOP with every product done, takes {work / middle:.3g} s.")
-    return "\n".join([*lines, "", table(measured), *left_out])
+    return "\n".join([*lines, "", table(measured, device), *left_out])
 
 
 def place(device: str) -> str:

@@ -155,6 +155,7 @@ def dreamerv2_settings(job: Job, path: Path, config: Callable[[Any], Any]) -> An
     mlp = {"layers": hyper["mlp_layers"], "units": hyper["mlp_units"]}
     return config(known["defaults"]).update(known["dmc_vision"]).update({
         "expl_behavior": "ModelLoss", "grad_heads": ["decoder"], "imag_horizon": hyper["horizon"],
+        "reward_norm.momentum": hyper["reward_momentum"],
         "rssm.stoch": hyper["latent_dimension"], "rssm.discrete": hyper["latent_classes"],
         "rssm.deter": hyper["gru_units"], "rssm.hidden": hyper["rssm_hidden"],
         **{f"{part}.cnn_depth": hyper["encoder_channels"][0] for part in ("encoder", "decoder")},

@@ -72,6 +72,6 @@ def test_the_marks_of_every_table_stand_in_the_results(learner):
 
 
 def test_the_command_says_what_it_takes():
-    done = subprocess.run([sys.executable, HOME / "benchmarks" / "learner.py", "--help"], capture_output=True, text=True,
-                          env={**os.environ, "COLUMNS": "120"}, check=True)
+    done = subprocess.run([sys.executable, HOME / "benchmarks" / "learner.py", "--help"], capture_output=True,
+                          text=True, env={**os.environ, "COLUMNS": "120"}, check=True)
     assert "--device" in done.stdout and "pip install" in done.stdout
