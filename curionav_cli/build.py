@@ -11,7 +11,7 @@ from typing import Any
 from curionav_cli.agents.agent import Agent
 from curionav_cli.agents.frontier import Frontier
 from curionav_cli.agents.wanderers import Bounce, Random, Sticky
-from curionav_cli.config.schema import Config, Device
+from curionav_cli.config.schema import Compile, Config, Device
 from curionav_cli.config.sources import AGENTS as SCHEMA
 from curionav_cli.errors import ConfigError
 from curionav_cli.world.env import NavigationEnv
@@ -38,10 +38,10 @@ def check(settings: Config) -> None:
     if settings.env.engine.value == "numba" and find_spec("numba") is None:
         raise ConfigError("env.engine=numba needs numba, which is not installed. "
                           "Set env.engine=numpy, or: .venv/bin/pip install -c constraints.txt -e '.[fast]'")
-    if settings.device is Device.cuda:
-        from curionav_cli.agents.lbs_dreamer.agent import resolve_device
+    if settings.device is Device.cuda or settings.compile is Compile.graph:
+        from curionav_cli.agents.lbs_dreamer.device import recorder, resolve_device
 
-        resolve_device(settings.device.value)
+        recorder(settings.compile.value, resolve_device(settings.device.value))
     length = getattr(settings.agent, "sequence_length", 0)
     if settings.loop.iterations and length > settings.loop.steps + 1:
         raise ConfigError(f"agent.sequence_length={length} does not fit into an episode of {settings.loop.steps} "
@@ -62,7 +62,7 @@ def bounce(settings: Config, world: Scene) -> Agent:
 def lbs_dreamer(settings: Config, world: Scene) -> Agent:
     from curionav_cli.agents.lbs_dreamer.agent import LBSDreamer  # torch is loaded for those who learn
 
-    return LBSDreamer(settings.agent, settings.seed, settings.device.value, world.plan)
+    return LBSDreamer(settings.agent, settings.seed, settings.device.value, world.plan, settings.compile.value)
 
 
 AGENTS: dict[str, Callable[[Config, Scene], Any]] = {

@@ -21,6 +21,14 @@ class Device(Enum):
     cuda = "cuda"
 
 
+class Compile(Enum):
+    """How updates run on a CUDA device: graph, as CUDA graphs; none, kernel by kernel; auto is graph there."""
+
+    auto = "auto"
+    none = "none"
+    graph = "graph"
+
+
 class Scale(Enum):
     """cpu: minutes on two cores; paper: the paper's hyperparameter table."""
 
@@ -112,6 +120,7 @@ class Config:
 
     seed: int
     device: Device
+    compile: Compile
     scale: Scale
     loop: Loop
     env: Env

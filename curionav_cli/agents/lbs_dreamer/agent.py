@@ -5,17 +5,20 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import torch
+from torch import Tensor
 
 from curionav_cli.agents.agent import Agent
 from curionav_cli.agents.lbs_dreamer.checkpoint import load_learner, save_learner
 from curionav_cli.agents.lbs_dreamer.curiosity.count import Visits
+from curionav_cli.agents.lbs_dreamer.device import recorder, repeatable, resolve_device
 from curionav_cli.agents.lbs_dreamer.foresight import foresee
 from curionav_cli.agents.lbs_dreamer.learner import Learner, build_networks
 from curionav_cli.agents.lbs_dreamer.metrics import Meter
+from curionav_cli.agents.lbs_dreamer.rssm import State
 from curionav_cli.agents.lbs_dreamer.world_model import Sequences
 from curionav_cli.config import agent_schema
 from curionav_cli.errors import ConfigError, RunFailed
@@ -25,13 +28,14 @@ from curionav_cli.storage.replay import NO_ACTION, Replay
 FORESIGHT_STREAM = 2  # keeps what is drawn for predictions apart from what acting and learning draw
 
 
-def resolve_device(device: str) -> torch.device:
-    """auto, cpu or cuda -> the device. Raises ConfigError for cuda where there is none."""
-    if device == "cuda" and not torch.cuda.is_available():
-        raise ConfigError("device=cuda, but torch sees no CUDA device here. Use device=auto or device=cpu.")
-    if device == "auto":
-        device = "cuda" if torch.cuda.is_available() else "cpu"
-    return torch.device(device)
+class Step(NamedTuple):
+    """What a step of acting depends on, beside the weights."""
+
+    image: Tensor  # (64, 64, 3) uint8
+    action: Tensor  # (1,) int64, the one before
+    deter: Tensor  # (1, D)
+    stoch: Tensor  # (1, S * C)
+    noise: Tensor  # (1, S + 1) uniform in [0, 1): the last for the action
 
 
 class LBSDreamer(Agent):
@@ -43,13 +47,17 @@ class LBSDreamer(Agent):
 
     learns = True
 
-    def __init__(self, hyper: agent_schema.LBSDreamer, seed: int, device: str, plan: FloorPlan):
+    def __init__(self, hyper: agent_schema.LBSDreamer, seed: int, device: str, plan: FloorPlan,
+                 compile: str = "auto"):
         super().__init__(seed)
         self.hyper, self.seed, self.device = hyper, seed, resolve_device(device)
+        repeatable(self.device)
+        record = recorder(compile, self.device)
         weights, other = (int(n) for n in self.rng.integers(2**62, size=2))
         networks = build_networks(hyper, torch.Generator().manual_seed(weights), self.device)
         self.visits = Visits(plan) if hyper.curiosity is agent_schema.Curiosity.count else None
-        self.learner = Learner(hyper, networks, torch.Generator(self.device).manual_seed(other))
+        self.learner = Learner(hyper, networks, torch.Generator(self.device).manual_seed(other), record)
+        self.filter = record(self._filter, [])
         self.begin()
 
     def begin(self) -> None:
@@ -57,17 +65,22 @@ class LBSDreamer(Agent):
         self.state = self.learner.networks.world_model.rssm.initial(1)
         self.action = torch.tensor([NO_ACTION], device=self.device)
 
-    @torch.inference_mode()
     def act(self, observation: dict[str, np.ndarray], info: dict[str, Any]) -> int:
         """Filter the image into the state that is carried over the episode, then sample the policy."""
-        networks, generator = self.learner.networks, self.learner.generator
-        model, rssm = networks.world_model, networks.world_model.rssm
-        patches = model.patches(torch.from_numpy(observation["image"]).to(self.device))
-        noise = torch.rand(1, rssm.latents + 1, generator=generator, device=self.device)
-        self.state, _ = rssm.filter(self.state, rssm.action_input(self.action),
-                                    rssm.embed_input(model.encoder(patches)), noise[:, :-1])
-        self.action = networks.behaviour.act(self.state.features, noise[:, -1])
+        noise = torch.rand(1, self.hyper.latent_dimension + 1, generator=self.learner.generator, device=self.device)
+        found = self.filter(Step(torch.from_numpy(observation["image"]), self.action, *self.state, noise))
+        self.state, self.action = State(found["deter"], found["stoch"]), found["action"]
         return int(self.action)
+
+    @torch.inference_mode()
+    def _filter(self, step: Step) -> dict[str, Tensor]:
+        networks = self.learner.networks
+        model, rssm = networks.world_model, networks.world_model.rssm
+        patches = model.patches(step.image.to(self.device))
+        state, _ = rssm.filter(State(step.deter, step.stoch), rssm.action_input(step.action),
+                               rssm.embed_input(model.encoder(patches)), step.noise[:, :-1])
+        action = networks.behaviour.act(state.features, step.noise[:, -1])
+        return {"deter": state.deter, "stoch": state.stoch, "action": action}
 
     def foresee(self, index: int, episode: Episode) -> Foresight | None:
         rng = np.random.default_rng([self.seed, FORESIGHT_STREAM, index])

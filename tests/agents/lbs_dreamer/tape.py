@@ -52,7 +52,7 @@ def tape(function, state):
         for tensor, value in zip(state, before, strict=True):
             tensor.copy_(value)
 
-    @torch.no_grad()
+    @torch.inference_mode()
     def play():
         recorded.play()
 

@@ -9,7 +9,9 @@ import numpy as np
 import pytest
 import torch
 
-from curionav_cli.agents.lbs_dreamer.agent import LBSDreamer, resolve_device
+from curionav_cli.agents.lbs_dreamer.agent import LBSDreamer
+from curionav_cli.agents.lbs_dreamer.device import recorder, resolve_device
+from curionav_cli.agents.lbs_dreamer.graphs import as_it_is, cuda_graph
 from curionav_cli.agents.lbs_dreamer.world_model import Sequences
 from curionav_cli.config import agent_schema
 from curionav_cli.errors import ConfigError, RunFailed, RunFolderError
@@ -203,6 +205,15 @@ def test_devices(monkeypatch):
         resolve_device("cuda")
     monkeypatch.setattr(torch.cuda, "is_available", lambda: True)
     assert resolve_device("auto") == torch.device("cuda")
+
+
+def test_what_compile_means():
+    cpu, cuda = torch.device("cpu"), torch.device("cuda")
+    assert recorder("auto", cpu) is recorder("none", cpu) is recorder("none", cuda) is as_it_is
+    for compile in ("auto", "graph"):
+        assert recorder(compile, cuda).args == (cuda_graph, cuda)
+    with pytest.raises(ConfigError, match="compile=graph needs a CUDA device"):
+        recorder("graph", cpu)
 
 
 def test_bfloat16_is_what_the_setting_says_and_close_to_float32(agent, replay):

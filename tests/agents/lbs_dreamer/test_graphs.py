@@ -6,10 +6,14 @@ import pytest
 import torch
 from tape import tape
 
+from curionav_cli.agents.lbs_dreamer import agent as agent_module
 from curionav_cli.agents.lbs_dreamer.checkpoint import load_learner, save_learner
 from curionav_cli.agents.lbs_dreamer.graphs import Recorded
 from curionav_cli.agents.lbs_dreamer.learner import Learner
 from curionav_cli.agents.lbs_dreamer.metrics import Meter
+from curionav_cli.agents.lbs_dreamer.optimiser import Optimiser
+from curionav_cli.agents.lbs_dreamer.world_model import Sequences
+from curionav_cli.config import agent_schema
 
 CPU = torch.device("cpu")
 
@@ -57,3 +61,54 @@ def test_recorded_updates_are_eager_ones_to_the_bit(learner, data, precision, tm
     assert recorded.behaviour_updates == eager.behaviour_updates == 14
     assert_same(eager, recorded)
     assert_same(eager, made)
+
+
+@pytest.mark.parametrize("curiosity", [kind.value for kind in agent_schema.Curiosity])
+def test_a_recorded_agent_acts_and_learns_as_an_eager_one(agent, replay, monkeypatch, curiosity):
+    store, eager = replay(), agent(curiosity=curiosity)
+    monkeypatch.setattr(agent_module, "recorder", lambda *_: partial(Recorded, tape, CPU))
+    recorded = agent(curiosity=curiosity)
+    for _ in range(2):
+        assert walk(recorded, store) == walk(eager, store)
+        assert recorded.learn(store, 5, lambda done: None) == eager.learn(store, 5, lambda done: None)
+    assert_same(eager.learner, recorded.learner)
+
+
+def walk(agent, replay):
+    """Two episodes: the second must start afresh."""
+    actions = []
+    for episode in (replay.episode(0), replay.episode(1)):
+        agent.begin()
+        actions += [agent.act({"image": image}, {}) for image in episode.image]
+    return actions
+
+
+def test_inputs_of_another_shape_or_kind_are_refused(learner, data):
+    made = learner(partial(Recorded, tape, CPU))
+    made.update(data)
+    made.update(data)
+    with pytest.raises(AssertionError):
+        made.update(Sequences(*(tensor[..., :1] for tensor in data[:3])))
+    with pytest.raises(AssertionError):
+        made.update(data._replace(action=data.action.int()))
+
+
+def test_an_update_that_asks_the_device_is_found_out(learner, data, monkeypatch):
+    """The tape notices what a CUDA graph could not record."""
+    made = learner(partial(Recorded, tape, CPU))
+    step = Optimiser.step
+    monkeypatch.setattr(Optimiser, "step", lambda self, loss: step(self, loss) if loss.item() else loss)
+    with pytest.raises(AssertionError, match="the host waits for the device"):
+        made.update(data)
+
+
+@pytest.mark.parametrize("imagines", [True, False])
+def test_an_update_stays_on_its_device(learner, data, imagines):
+    """On torch's meta device, which has no numbers: what mixes devices or asks for a value fails there."""
+    made = learner()
+    noise = made.draw(data.action.shape, imagines)
+    meta = torch.device("meta")
+    bare = Learner(made.hyper, made.networks.to(meta), torch.Generator())
+    scalars = bare.compute(*(type(group)(*(None if tensor is None else tensor.to(meta) for tensor in group))
+                             for group in (data, noise)))
+    assert {tensor.device for tensor in scalars.values()} == {meta}
