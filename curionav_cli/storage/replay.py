@@ -109,13 +109,21 @@ class Replay:
         """Draw B windows. Raises ValueError as `draw` does."""
         which, start = self.draw(batch, length, rng)
         image = np.empty((batch, length, *self._stored[0].frames[1:]), np.uint8)
-        action, pose = np.full((batch, length), NO_ACTION, np.int64), np.empty((batch, length, 3))
+        self.frames(which, start, image)
+        return {"image": image, **self.moves(which, start, length)}
+
+    def frames(self, which: np.ndarray, start: np.ndarray, out: np.ndarray) -> None:
+        """Read the images of windows that were drawn into `out` (B, L, 64, 64, 3)."""
         for row, (e, s) in enumerate(zip(which.tolist(), start.tolist(), strict=True)):
-            stored = self._stored[e]
-            self._read(stored, s, image[row])
-            action[row, 1:] = stored.episode.action[s:s + length - 1]
-            pose[row] = stored.episode.pose[s:s + length]
-        return {"image": image, "action": action, "is_start": start == 0, "pose": pose}
+            self._read(self._stored[e], s, out[row])
+
+    def moves(self, which: np.ndarray, start: np.ndarray, length: int) -> dict[str, np.ndarray]:
+        """Of windows that were drawn all but the images, which is in memory."""
+        action, pose = np.full((len(which), length), NO_ACTION, np.int64), np.empty((len(which), length, 3))
+        for row, (e, s) in enumerate(zip(which.tolist(), start.tolist(), strict=True)):
+            action[row, 1:] = self._stored[e].episode.action[s:s + length - 1]
+            pose[row] = self._stored[e].episode.pose[s:s + length]
+        return {"action": action, "is_start": start == 0, "pose": pose}
 
     def close(self) -> None:
         """Give the scratch file back; what was in it is gone."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -15,6 +15,7 @@ from curionav_cli.agents.agent import Agent
 from curionav_cli.agents.lbs_dreamer.checkpoint import load_learner, save_learner
 from curionav_cli.agents.lbs_dreamer.curiosity.count import Visits
 from curionav_cli.agents.lbs_dreamer.device import recorder, repeatable, resolve_device
+from curionav_cli.agents.lbs_dreamer.device_replay import DeviceReplay, room_on
 from curionav_cli.agents.lbs_dreamer.foresight import foresee
 from curionav_cli.agents.lbs_dreamer.learner import Learner, build_networks
 from curionav_cli.agents.lbs_dreamer.metrics import Meter
@@ -58,6 +59,7 @@ class LBSDreamer(Agent):
         self.visits = Visits(plan) if hyper.curiosity is agent_schema.Curiosity.count else None
         self.learner = Learner(hyper, networks, torch.Generator(self.device).manual_seed(other), record)
         self.filter = record(self._filter, [])
+        self.frames: DeviceReplay | None = None
         self.begin()
 
     def begin(self) -> None:
@@ -95,8 +97,8 @@ class LBSDreamer(Agent):
         meter = Meter()
         if self.visits:
             self.visits.take_in(replay)
-        for iteration in range(iterations):
-            meter.add(self.learner.update(self._draw(replay)))
+        for iteration, data in enumerate(self._batches(replay, iterations)):
+            meter.add(self.learner.update(data))
             tick(iteration + 1)
         metrics = meter.read()
         broken = [name for name, value in metrics.items() if not math.isfinite(value)]
@@ -115,18 +117,28 @@ class LBSDreamer(Agent):
         load_learner(self.learner, folder)
         self.begin()
 
-    def _draw(self, replay: Replay) -> Sequences:
-        """A batch of sequences from the replay, time first, on the device."""
+    def _batches(self, replay: Replay, count: int) -> Iterator[Sequences]:
+        """Batches drawn from the replay, time first, on the device.
+
+        All are drawn at once, and all but their frames travels at once: no update waits for the host.
+        """
+        if not count:
+            return
         length = self.hyper.sequence_length
         try:
-            batch = replay.sample(self.hyper.batch_size, length, self.rng)
+            drawn = [replay.draw(self.hyper.batch_size, length, self.rng) for _ in range(count)]
         except ValueError as error:
             raise ConfigError(
                 f"no episode is long enough to learn from: a training sequence has {length} observations "
                 f"(agent.sequence_length), so loop.steps must be at least {length - 1}.") from error
-        image, action = (torch.from_numpy(batch[key]).transpose(0, 1) for key in ("image", "action"))
-        visits = None
+        all_which, all_start = (np.concatenate(part) for part in zip(*drawn, strict=True))
+        moves = replay.moves(all_which, all_start, length)  # (count * B, L)
+        parts = [moves["action"].T, moves["is_start"]]
         if self.visits:
-            visits = torch.from_numpy(self.visits.of(batch["pose"])).t().float().to(self.device)
-        return Sequences(image.contiguous().to(self.device), action.to(self.device),
-                         torch.from_numpy(batch["is_start"]).to(self.device), visits)
+            parts.append(self.visits.of(moves["pose"]).T.astype(np.float32))
+        parts = [torch.from_numpy(part).to(self.device).split(self.hyper.batch_size, -1) for part in parts]
+        if self.frames is None or self.frames.replay is not replay:
+            self.frames = DeviceReplay(replay, self.device, room_on(self.device))
+        self.frames.follow()
+        for (which, start), *others in zip(drawn, *parts, strict=True):
+            yield Sequences(self.frames.windows(which, start, length), *others)

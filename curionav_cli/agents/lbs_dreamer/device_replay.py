@@ -1,0 +1,74 @@
+"""The frames of a replay where the learner is: on a GPU as uint8, 12 kB each, and batches gathered there.
+
+Episodes that find no room stay with the host, and the windows drawn from them travel, by way of two
+buffers in page-locked memory: one is filled while the other is on its way.
+"""
+
+from __future__ import annotations
+
+import logging
+
+import numpy as np
+import torch
+from torch import Tensor
+
+from curionav_cli.agents.lbs_dreamer.networks import COLOURS, SIDE
+from curionav_cli.storage.replay import Replay
+
+SHARE = 0.5  # of the GPU's free memory; the rest is for what is computed
+FRAME = SIDE * SIDE * COLOURS
+
+log = logging.getLogger("curionav")
+
+
+def room_on(device: torch.device) -> int:
+    """Bytes that frames may take there. A CPU needs none: they are with the host already."""
+    return int(SHARE * torch.cuda.mem_get_info(device)[0]) if device.type == "cuda" else 0
+
+
+class DeviceReplay:
+    """The first episodes of `replay` that fit into `room` bytes on `device`, and a way for the others."""
+
+    def __init__(self, replay: Replay, device: torch.device, room: int):
+        self.replay, self.device, self.room = replay, device, room
+        self.full = not room
+        self.episodes: list[Tensor] = []  # (steps + 1, FRAME) each
+        self.buffers: list[Tensor] = []  # (B, L, FRAME) each, page-locked for a GPU
+        self.sent: list[torch.cuda.Event] = []  # the last journey from each buffer
+        self.turn = 0
+
+    def follow(self) -> None:
+        """Take over the episodes that are new."""
+        while not self.full and len(self.episodes) < len(self.replay):
+            image = self.replay.episode(len(self.episodes)).image
+            self.full = image.nbytes > self.room
+            if self.full:
+                log.warning("The GPU holds the first %d episodes; frames of later ones are sent for every update, "
+                            "which is slower.", len(self.episodes))
+            else:
+                self.episodes.append(torch.from_numpy(image).flatten(1).to(self.device))
+                self.room -= image.nbytes
+
+    def windows(self, which: np.ndarray, start: np.ndarray, length: int) -> Tensor:
+        """Frames (L, B, 64, 64, 3) of the windows that `replay.draw` gave: which (B,), start (B,)."""
+        away = which >= len(self.episodes)
+        sent = iter(self._send(which[away], start[away], (len(which), length, FRAME)) if away.any() else ())
+        rows = [self.episodes[e][s:s + length] if e < len(self.episodes) else next(sent)
+                for e, s in zip(which.tolist(), start.tolist(), strict=True)]
+        return torch.stack(rows, 1).view(length, len(rows), SIDE, SIDE, COLOURS)
+
+    def _send(self, which: np.ndarray, start: np.ndarray, most: tuple[int, int, int]) -> Tensor:
+        """Windows (M, L, FRAME) from the host; at `most` so many."""
+        cuda = self.device.type == "cuda"
+        if not self.buffers:
+            self.buffers = [torch.empty(most, dtype=torch.uint8, pin_memory=cuda) for _ in range(2)]
+            self.sent = [torch.cuda.Event() for _ in range(2)] if cuda else []
+        self.turn = 1 - self.turn
+        frames = self.buffers[self.turn][:len(which)]
+        if cuda:
+            self.sent[self.turn].synchronize()  # of the batch before the last: the GPU is not waited for
+        self.replay.frames(which, start, frames.view(*frames.shape[:2], SIDE, SIDE, COLOURS).numpy())
+        there = frames.to(self.device, non_blocking=True)
+        if cuda:
+            self.sent[self.turn].record()
+        return there
