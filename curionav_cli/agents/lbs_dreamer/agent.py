@@ -18,6 +18,7 @@ from curionav_cli.agents.lbs_dreamer.device import recorder, repeatable, resolve
 from curionav_cli.agents.lbs_dreamer.device_replay import DeviceReplay, room_on
 from curionav_cli.agents.lbs_dreamer.foresight import foresee
 from curionav_cli.agents.lbs_dreamer.learner import Learner, build_networks
+from curionav_cli.agents.lbs_dreamer.memory import keep_freed_memory
 from curionav_cli.agents.lbs_dreamer.metrics import Meter
 from curionav_cli.agents.lbs_dreamer.rssm import State
 from curionav_cli.agents.lbs_dreamer.world_model import Sequences
@@ -51,6 +52,7 @@ class LBSDreamer(Agent):
     def __init__(self, hyper: agent_schema.LBSDreamer, seed: int, device: str, plan: FloorPlan,
                  compile: str = "auto"):
         super().__init__(seed)
+        keep_freed_memory()
         self.hyper, self.seed, self.device = hyper, seed, resolve_device(device)
         repeatable(self.device)
         record = recorder(compile, self.device)

@@ -32,6 +32,16 @@ def gradients(posterior, prior, loss):
     return value.detach(), *torch.autograd.grad(value, (posterior, prior))
 
 
+def test_the_gradient_of_kl_is_that_of_finite_differences_and_of_autograd(logits):
+    q, p = (logits(2, 3, 4).double().requires_grad_() for _ in range(2))
+    assert torch.autograd.gradcheck(latent.kl, (q, p))
+    weight = torch.tensor([2.0, -3.0])
+    plain = (q.softmax(-1) * (q.log_softmax(-1) - p.log_softmax(-1))).sum((-2, -1))
+    truth = torch.autograd.grad((plain * weight).sum(), (q, p))
+    ours = torch.autograd.grad((latent.kl(q, p, 0.5, 4.0) * weight).sum(), (q, p))
+    torch.testing.assert_close(ours, (0.5 * truth[0], 4 * truth[1]))
+
+
 def test_balancing_sends_four_fifths_of_the_gradient_to_the_prior(logits):
     q, p = logits(6, 2, 4, 8), logits(6, 2, 4, 8)
     value, to_q, to_p = gradients(q, p, lambda q, p: latent.balanced_kl(q, p, 0.8, 1.0))
