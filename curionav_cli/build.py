@@ -39,13 +39,18 @@ def check(settings: Config) -> None:
         raise ConfigError("env.engine=numba needs numba, which is not installed. "
                           "Set env.engine=numpy, or: .venv/bin/pip install -c constraints.txt -e '.[fast]'")
     if settings.device is Device.cuda or settings.compile is Compile.graph:
-        from curionav_cli.agents.lbs_dreamer.device import recorder, resolve_device
+        from curionav_cli.agents.device import resolve_device
+        from curionav_cli.agents.lbs_dreamer.device import recorder
 
         recorder(settings.compile.value, resolve_device(settings.device.value))
     length = getattr(settings.agent, "sequence_length", 0)
     if settings.loop.iterations and length > settings.loop.steps + 1:
         raise ConfigError(f"agent.sequence_length={length} does not fit into an episode of {settings.loop.steps} "
                           f"steps. Set loop.steps={length - 1} or more, or a shorter agent.sequence_length.")
+    unroll = getattr(settings.agent, "unroll", 1)
+    if settings.loop.iterations and settings.loop.steps % unroll:
+        raise ConfigError(f"agent.unroll={unroll} does not divide an episode of {settings.loop.steps} steps. "
+                          f"Set agent.unroll={settings.loop.steps}, or another divisor of loop.steps.")
 
 
 def agent(settings: Config, world: Scene) -> Agent:
@@ -65,10 +70,18 @@ def lbs_dreamer(settings: Config, world: Scene) -> Agent:
     return LBSDreamer(settings.agent, settings.seed, settings.device.value, world.plan, settings.compile.value)
 
 
+def cbet(settings: Config, world: Scene) -> Agent:
+    from curionav_cli.agents.cbet.agent import CBET
+
+    return CBET(settings.agent, settings.seed, settings.device.value, world, settings.env.engine.value)
+
+
 AGENTS: dict[str, Callable[[Config, Scene], Any]] = {
     "random": lambda settings, world: Random(settings.seed),
     "sticky": lambda settings, world: Sticky(settings.seed, settings.agent.repeat),
     "bounce": bounce,
     "frontier": lambda settings, world: Frontier(settings.seed, world),
     "lbs_dreamer": lbs_dreamer,
+    "cbet": cbet,
+    "cbet_lifelong": cbet,
 }

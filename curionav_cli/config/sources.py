@@ -34,6 +34,8 @@ AGENTS = {
     "bounce": agent_schema.Bounce,
     "frontier": agent_schema.Frontier,
     "lbs_dreamer": agent_schema.LBSDreamer,
+    "cbet": agent_schema.CBET,
+    "cbet_lifelong": agent_schema.CBETLifelong,
 }
 
 

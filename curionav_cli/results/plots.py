@@ -21,6 +21,7 @@ from curionav_cli.results.runs import Run
 STYLES = {
     "lbs_dreamer": ("#0b5fa5", "-"), "random": ("#8a8a8a", ":"), "sticky": ("#b7791f", "-."),
     "bounce": ("#c2410c", "--"), "frontier": ("#15803d", (0, (1, 1))),
+    "cbet": ("#be185d", (0, (5, 1))), "cbet_lifelong": ("#7f1d1d", (0, (3, 1, 1, 1, 1, 1))),
 }
 OTHER = ("#6d28d9", (0, (5, 1, 1, 1)))
 SOLID = "#4b5563"

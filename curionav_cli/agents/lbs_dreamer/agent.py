@@ -12,16 +12,17 @@ import torch
 from torch import Tensor
 
 from curionav_cli.agents.agent import Agent
+from curionav_cli.agents.device import repeatable, resolve_device
 from curionav_cli.agents.lbs_dreamer.checkpoint import load_learner, save_learner
 from curionav_cli.agents.lbs_dreamer.curiosity.count import Visits
-from curionav_cli.agents.lbs_dreamer.device import recorder, repeatable, resolve_device
+from curionav_cli.agents.lbs_dreamer.device import recorder
 from curionav_cli.agents.lbs_dreamer.device_replay import DeviceReplay, room_on
 from curionav_cli.agents.lbs_dreamer.foresight import foresee
 from curionav_cli.agents.lbs_dreamer.learner import Learner, build_networks
 from curionav_cli.agents.lbs_dreamer.memory import keep_freed_memory
-from curionav_cli.agents.lbs_dreamer.metrics import Meter
 from curionav_cli.agents.lbs_dreamer.rssm import State
 from curionav_cli.agents.lbs_dreamer.world_model import Sequences
+from curionav_cli.agents.meter import Meter
 from curionav_cli.config import agent_schema
 from curionav_cli.errors import ConfigError, RunFailed
 from curionav_cli.records import Episode, FloorPlan, Foresight

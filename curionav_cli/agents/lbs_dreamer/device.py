@@ -1,4 +1,4 @@
-"""Where the agent computes, and how its functions run there."""
+"""How the agent's functions run on its device."""
 
 from __future__ import annotations
 
@@ -10,15 +10,6 @@ from curionav_cli.agents.lbs_dreamer.graphs import Record, Recorded, as_it_is, c
 from curionav_cli.errors import ConfigError
 
 
-def resolve_device(device: str) -> torch.device:
-    """auto, cpu or cuda -> the device. Raises ConfigError for cuda where there is none."""
-    if device == "cuda" and not torch.cuda.is_available():
-        raise ConfigError("device=cuda, but torch sees no CUDA device here. Use device=auto or device=cpu.")
-    if device == "auto":
-        device = "cuda" if torch.cuda.is_available() else "cpu"
-    return torch.device(device)
-
-
 def recorder(compile: str, device: torch.device) -> Record:
     """auto, none or graph -> what makes an update run that way. Raises ConfigError for a graph without CUDA."""
     if compile == "none" or (compile == "auto" and device.type == "cpu"):
@@ -27,14 +18,3 @@ def recorder(compile: str, device: torch.device) -> Record:
         raise ConfigError(f"compile={compile} needs a CUDA device, and this run computes on the CPU. "
                           "Use compile=auto or compile=none.")
     return partial(Recorded, cuda_graph, device)
-
-
-def repeatable(device: torch.device) -> None:
-    """Of cuDNN's convolutions take those that add up in a fixed order, so that a run can be repeated.
-
-    Nothing else here is computed in an order of chance. TF32 stays as torch has it: convolutions use it
-    where agent.precision is float32, products do not; under bfloat16 it plays no part.
-    """
-    if device.type == "cuda":
-        torch.backends.cudnn.deterministic = True
-        torch.backends.cudnn.benchmark = False

@@ -10,7 +10,7 @@ import pytest
 import torch
 
 from curionav_cli.agents.lbs_dreamer.agent import LBSDreamer
-from curionav_cli.agents.lbs_dreamer.device import recorder, resolve_device
+from curionav_cli.agents.lbs_dreamer.device import recorder
 from curionav_cli.agents.lbs_dreamer.graphs import as_it_is, cuda_graph
 from curionav_cli.agents.lbs_dreamer.world_model import Sequences
 from curionav_cli.config import agent_schema
@@ -196,15 +196,6 @@ def test_a_wild_input_stays_finite(agent):
     white = torch.full((8, 3, 64, 64, 3), 255, dtype=torch.uint8)
     data = Sequences(white, torch.zeros(8, 3, dtype=torch.int64), torch.zeros(3, dtype=torch.bool))
     assert all(torch.isfinite(value).all() for value in made.learner.update(data).values())
-
-
-def test_devices(monkeypatch):
-    monkeypatch.setattr(torch.cuda, "is_available", lambda: False)
-    assert resolve_device("auto") == resolve_device("cpu") == torch.device("cpu")
-    with pytest.raises(ConfigError, match="device=cuda, but torch sees no CUDA device"):
-        resolve_device("cuda")
-    monkeypatch.setattr(torch.cuda, "is_available", lambda: True)
-    assert resolve_device("auto") == torch.device("cuda")
 
 
 def test_what_compile_means():

@@ -10,9 +10,9 @@ from curionav_cli.agents.lbs_dreamer import agent as agent_module
 from curionav_cli.agents.lbs_dreamer.checkpoint import load_learner, save_learner
 from curionav_cli.agents.lbs_dreamer.graphs import Recorded
 from curionav_cli.agents.lbs_dreamer.learner import Learner
-from curionav_cli.agents.lbs_dreamer.metrics import Meter
 from curionav_cli.agents.lbs_dreamer.optimiser import Optimiser
 from curionav_cli.agents.lbs_dreamer.world_model import Sequences
+from curionav_cli.agents.meter import Meter
 from curionav_cli.config import agent_schema
 
 CPU = torch.device("cpu")

@@ -1,0 +1,139 @@
+"""C-BET in the shared loop: the robot lives one episode after another, E environments take turns in it.
+
+The released method runs E environments side by side, all from the same start in our comparisons, with weights that
+do not change within a round. E consecutive episodes with frozen weights are exactly that: episode k belongs to
+environment k mod E, which has count tables and a random stream for forgetting of its own; the LSTM is zeroed where
+an episode starts. Each episode leaves N / T unrolls. As soon as B of them wait, they are learned from once, whatever
+the loop's K is (0 means no learning). With N = 500, T = 100, B = 20 and E = 4 that is once a round.
+"""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import torch
+
+from curionav_cli.agents.agent import Agent
+from curionav_cli.agents.cbet.checkpoint import load_learner, load_memory, save_learner, save_memory
+from curionav_cli.agents.cbet.learner import Learner, build_networks
+from curionav_cli.agents.cbet.life import Life
+from curionav_cli.agents.cbet.rewards import REWARDS
+from curionav_cli.agents.cbet.rewards.reward import Kit
+from curionav_cli.agents.cbet.unrolls import Acted, Unroll, cut, together
+from curionav_cli.agents.device import repeatable, resolve_device
+from curionav_cli.agents.meter import Meter
+from curionav_cli.config import agent_schema
+from curionav_cli.errors import RunFailed
+from curionav_cli.records import Episode
+from curionav_cli.storage.replay import Replay
+from curionav_cli.world.scene import Scene
+
+
+class CBET(Agent):
+    """agent=cbet and agent=cbet_lifelong, with the reward that agent.reward names.
+
+    It is handed the world for what is privileged: panoramas, true cells. Same seed, same bytes on a CPU.
+    """
+
+    learns = True
+
+    def __init__(self, hyper: agent_schema.CBET, seed: int, device: str, world: Scene, engine: str):
+        super().__init__(seed)
+        self.hyper, self.device, self.plan = hyper, resolve_device(device), world.plan
+        repeatable(self.device)
+        weights, numbers = (int(n) for n in self.rng.integers(2**62, size=2))
+        networks = build_networks(hyper, torch.Generator().manual_seed(weights), self.device)
+        reward = REWARDS[hyper.reward.value](Kit(hyper, world, engine, seed, numbers), networks.reward)
+        self.learner = Learner(hyper, networks, reward)
+        self.waiting: list[Unroll] = []
+        self.seen = np.zeros((hyper.environments, world.plan.visitable.size), bool)
+        self.episode = 0
+        self.begin()
+
+    def begin(self) -> None:
+        """Forget the episode: a zero memory."""
+        self.began = time.process_time()
+        self.memory = self.learner.networks.policy.initial(1)
+        self.acted = Acted()
+
+    @torch.inference_mode()
+    def act(self, observation: dict[str, np.ndarray], info: dict[str, Any]) -> int:
+        """Sample the policy, and note what its learning will need."""
+        self.episode = info["episode"]
+        if len(self.acted.log_policy) % self.hyper.unroll == 0:
+            hidden, cell = (part[:, 0].numpy(force=True) for part in self.memory)
+            self.acted.memory.append((hidden.copy(), cell.copy()))
+        image = torch.from_numpy(observation["image"]).to(self.device)[None]
+        logits, self.memory = self.learner.networks.policy.step(image, self.memory)
+        policy = softmax(logits[0].numpy(force=True))
+        action = min(int(np.searchsorted(policy.cumsum(), self.rng.random(), side="right")), len(policy) - 1)
+        self.acted.log_policy.append(math.log(policy[action]))
+        self.acted.entropy.append(float(-(policy * np.log(policy)).sum()))
+        return action
+
+    def learn(self, replay: Replay, iterations: int, tick: Callable[[int], None]) -> dict[str, float]:
+        """Reward the newest episode, then update while B unrolls wait; tick counts the updates of this call.
+
+        Raises RunFailed where a loss or a gradient is not finite.
+        """
+        if not iterations:
+            return {}
+        life = Life(self.own(replay.episode(-1)), self.episode, self.episode % self.hyper.environments)
+        bonus, watch = self.learner.reward.lived(life)
+        self.waiting += cut(life, self.acted, bonus, self.hyper.unroll)
+        meter, done = Meter(), 0
+        while len(self.waiting) >= self.hyper.batch_size:
+            batch = together(self.waiting[:self.hyper.batch_size], self.device)
+            del self.waiting[:self.hyper.batch_size]
+            meter.add(self.learner.update(batch))
+            tick(done := done + 1)
+        return {**finite(meter.read()), **watch, **self.account(life)}
+
+    def account(self, life: Life) -> dict[str, float]:
+        """What it did and what it cost: updates and the frames they read, both since the run began."""
+        row, column = self.plan.cells(*life.episode.pose[1:, :2].T)
+        self.seen[life.environment, row * self.plan.visitable.shape[1] + column] = True
+        updates = self.learner.updates
+        return {
+            "policy_entropy": float(np.mean(self.acted.entropy)),
+            "most_cells_of_one_environment": int((self.seen & self.plan.visitable.ravel()).sum(axis=1).max()),
+            "updates": updates, "frames_replayed": updates * self.hyper.batch_size * self.hyper.unroll,
+            "unrolls_waiting": len(self.waiting), "seconds_cpu": time.process_time() - self.began,
+        }
+
+    def own(self, episode: Episode) -> Episode:
+        """The episode, if it is the one that was just acted. Raises RunFailed if not."""
+        if len(episode) != len(self.acted.log_policy):
+            raise RunFailed("this agent learns on-policy: from the episode that it has just lived, and no other.")
+        return episode
+
+    def save(self, folder: Path) -> None:
+        super().save(folder)
+        save_learner(self.learner, folder)
+        save_memory(self.learner, self.waiting, self.seen, folder)
+
+    def load(self, folder: Path) -> None:
+        super().load(folder)
+        load_learner(self.learner, folder)
+        self.waiting, self.seen = load_memory(self.learner, folder)
+        self.begin()
+
+
+def softmax(logits: np.ndarray) -> np.ndarray:
+    """(A,) float32 -> probabilities, float64."""
+    weights = np.exp(logits.astype(np.float64) - logits.max())
+    return weights / weights.sum()
+
+
+def finite(metrics: dict[str, float]) -> dict[str, float]:
+    """The same. Raises RunFailed where one is not finite; the last save is then still a good one."""
+    broken = [name for name, value in metrics.items() if not math.isfinite(value)]
+    if broken:
+        raise RunFailed(f"training diverged: {', '.join(broken)} not finite. The last checkpoint is unharmed; "
+                        "a lower agent.lr usually helps.")
+    return metrics

@@ -1,0 +1,101 @@
+"""Keys of pictures: signs of random projections (SimHash), computed in whole numbers so that they are exact.
+
+The released C-BET thresholds tanh(A x) + b with a Gaussian A on raw pixels; its tanh is saturated, so that a
+digit is the sign of a . x. Here A holds +1 and -1: every partial sum of N numbers of size at most M is a whole
+number of size at most N M, and as long as that is below 2^24 a float32 product is exact in whatever order it is
+added up. So a key is the same on every machine and for every batch size.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+EXACT = 2**24  # whole numbers below are float32 numbers
+ROWS = 64  # projected at once
+SIDE = 64
+GRIDS = {"raw": 64, "grey_16": 16, "grey_8": 8}
+
+
+class SignKeys:
+    """Keys of vectors of whole numbers: `bits` digits, each the sign of one projection, 0 a digit of its own."""
+
+    def __init__(self, numbers: int, bits: int, rng: np.random.Generator):
+        self.signs = (2 * rng.integers(0, 2, (numbers, bits)) - 1).astype(np.float32)
+
+    def sums(self, vectors: np.ndarray) -> np.ndarray:
+        """(n, numbers) of any integer type or whole floats -> (n, bits) float32, exact."""
+        parts = [vectors[at:at + ROWS].astype(np.float32) @ self.signs for at in range(0, len(vectors), ROWS)]
+        return np.concatenate([np.empty((0, self.signs.shape[1]), np.float32), *parts])
+
+    def __call__(self, vectors: np.ndarray) -> list[bytes]:
+        """A key for each of (n, numbers)."""
+        sums = self.sums(vectors)
+        digits = np.concatenate([np.packbits(sums > 0, axis=1), np.packbits(sums == 0, axis=1)], axis=1)
+        return [row.tobytes() for row in digits]
+
+
+class Reading:
+    """What of a picture is projected: every number (raw), or sums of grey over a grid of cells.
+
+    views: pictures that are read as one. Raw numbers are 0 to 255, neither scaled nor centred, as released.
+    Grey: each cell's sum over its pixels and colours; a state is centred at mid-grey.
+    """
+
+    def __init__(self, key: str, views: int):
+        self.raw, self.grid = key == "raw", GRIDS[key]
+        self.numbers = views * (SIDE * SIDE * 3 if self.raw else self.grid * self.grid)
+        pixels = (SIDE // self.grid) ** 2 * 3
+        self.middle = 0 if self.raw else pixels * 255 // 2
+        assert self.numbers * 255 * (1 if self.raw else pixels) < EXACT
+
+    def state(self, pictures: np.ndarray) -> np.ndarray:
+        """(n, views, 64, 64, 3) uint8 -> (n, numbers) whole numbers."""
+        return self._read(pictures) if self.raw else self._read(pictures) - self.middle
+
+    def change(self, before: np.ndarray, after: np.ndarray, wrapped: bool) -> np.ndarray:
+        """after - before, pictures as above -> (n, numbers). wrapped: in uint8, modulo 256, as released."""
+        if wrapped:
+            return self._read(after - before)
+        return self._read(after).astype(np.int32) - self._read(before)
+
+    def _read(self, pictures: np.ndarray) -> np.ndarray:
+        """(n, views, 64, 64, 3) -> (n, numbers)"""
+        if self.raw:
+            return pictures.reshape(len(pictures), -1)
+        side = SIDE // self.grid
+        cells = pictures.reshape(-1, self.grid, side, self.grid, side * 3)
+        return cells.sum(axis=(2, 4), dtype=np.int32).reshape(len(pictures), -1)
+
+
+class StateKeys:
+    """A key for each picture that the robot takes."""
+
+    def __init__(self, key: str, bits: int, rng: np.random.Generator):
+        self.reading = Reading(key, 1)
+        self.keys = SignKeys(self.reading.numbers, bits, rng)
+
+    def __call__(self, image: np.ndarray) -> list[bytes]:
+        """(n, 64, 64, 3) uint8"""
+        return self.keys(self.reading.state(image[:, None]))
+
+
+class ChangeKeys:
+    """A key for each change of view; where nothing changed, the one key of zeros, without a projection."""
+
+    def __init__(self, key: str, bits: int, views: int, wrapped: bool, rng: np.random.Generator):
+        self.reading, self.wrapped = Reading(key, views), wrapped
+        self.keys = SignKeys(self.reading.numbers, bits, rng)
+        self.nothing = self.keys(np.zeros((1, self.reading.numbers), np.int8))[0]
+
+    def __call__(self, view: tuple[np.ndarray, np.ndarray], reached: np.ndarray) -> list[bytes]:
+        """view: pictures (U, views, 64, 64, 3) and `which` of them frames show; reached (N,): from frame n to it."""
+        pictures, which = view
+        before, after = which[:len(reached)], which[reached]
+        keys = [self.nothing] * len(reached)
+        changed = np.flatnonzero(before != after)
+        for at in range(0, len(changed), ROWS):
+            part = changed[at:at + ROWS]
+            change = self.reading.change(pictures[before[part]], pictures[after[part]], self.wrapped)
+            for n, key in zip(part.tolist(), self.keys(change), strict=True):
+                keys[n] = key
+        return keys

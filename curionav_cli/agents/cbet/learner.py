@@ -1,0 +1,101 @@
+"""One V-trace update of the policy, and of what a reward learns beside it (IMPALA, as C-BET runs it).
+
+Letters: T steps, B unrolls. Losses are summed over T and averaged over B.
+"""
+
+from __future__ import annotations
+
+import torch
+import torch.nn.functional as F
+from torch import Tensor, nn
+
+from curionav_cli.agents.cbet.life import KINDS
+from curionav_cli.agents.cbet.network import Memory, PolicyNetwork, initialise
+from curionav_cli.agents.cbet.rewards import REWARDS, Reward
+from curionav_cli.agents.cbet.rms import RunningRMS
+from curionav_cli.agents.cbet.unrolls import Batch
+from curionav_cli.agents.cbet.vtrace import vtrace
+from curionav_cli.agents.optimiser import ClippedOptimiser
+from curionav_cli.config import agent_schema
+
+
+class Networks(nn.Module):
+    """Everything with weights, the reward's own included; what `weights.safetensors` holds."""
+
+    def __init__(self, hyper: agent_schema.CBET):
+        super().__init__()
+        self.policy = PolicyNetwork(hyper)
+        self.reward = REWARDS[hyper.reward.value].build(hyper)
+        self.rms = RunningRMS(hyper.rms_momentum)
+
+
+def build_networks(hyper: agent_schema.CBET, generator: torch.Generator, device: torch.device) -> Networks:
+    """Made without drawing from torch's global generator, the same on every device."""
+    with torch.device("meta"):
+        networks = Networks(hyper)
+    networks.to_empty(device="cpu")
+    for part in (networks.policy, *networks.reward.values()):
+        initialise(part, generator)
+    networks.rms.reset()
+    return networks.to(device)
+
+
+class Learner:
+    """Networks, their optimisers, and the reward that they learn for. `updates` counts what was done."""
+
+    def __init__(self, hyper: agent_schema.CBET, networks: Networks, reward: Reward):
+        self.hyper, self.networks, self.reward = hyper, networks, reward
+        self.updates = 0
+        learning = {"policy": networks.policy, **{f"reward_{name}": part for name, part in networks.reward.items()}}
+        self.optimisers = {name: self._optimiser(part) for name, part in learning.items()
+                           if any(parameter.requires_grad for parameter in part.parameters())}
+
+    def update(self, batch: Batch) -> dict[str, Tensor]:
+        """One step of every optimiser; scalars of it, still on the device."""
+        surprise, loss = self.reward.surprise(batch)
+        reward, metrics = self.scaled(batch.bonus * surprise)
+        policy_loss, more = self.policy_loss(batch, reward)
+        (policy_loss + loss).backward()
+        metrics |= more | self.by_kind(batch.kind, batch.bonus * surprise)
+        for name, optimiser in self.optimisers.items():
+            metrics[f"{name}_norm"] = optimiser.apply()
+        self.updates += 1
+        return {name: value.detach() for name, value in metrics.items()}
+
+    def scaled(self, reward: Tensor) -> tuple[Tensor, dict[str, Tensor]]:
+        """The reward that is learned from, (T, B): times its coefficient, cut at the clip."""
+        hyper = self.hyper
+        coefficient = getattr(hyper.coefficient, hyper.reward.value)
+        scale = coefficient * (hyper.rms_size / self.networks.rms(reward) if hyper.normalise else 1.0)
+        raw = scale * reward
+        clipped = (raw.abs() > hyper.reward_clip).float().mean()
+        return raw.clamp(-hyper.reward_clip, hyper.reward_clip), {
+            "reward": raw.mean(), "reward_deviation": raw.std(), "reward_clipped": clipped}
+
+    def policy_loss(self, batch: Batch, reward: Tensor) -> tuple[Tensor, dict[str, Tensor]]:
+        """reward (T, B) -> the scalar loss of policy, value and entropy, and metrics."""
+        hyper = self.hyper
+        memory = Memory(batch.hidden, batch.cell)
+        logits, value = self.networks.policy.unroll(batch.image, memory, batch.respawned)
+        log_policy = F.log_softmax(logits, -1)
+        chosen = log_policy.gather(-1, batch.action[..., None]).squeeze(-1)
+        ratio = (chosen.detach() - batch.log_policy).exp()
+        target, advantage = vtrace(ratio, reward, torch.full_like(reward, hyper.gamma), value.detach())
+        entropy = -(log_policy.exp() * log_policy).sum(-1)
+        actor = -(chosen * advantage).sum(0).mean()
+        critic = 0.5 * (target - value[:-1]).square().sum(0).mean()
+        loss = actor + hyper.value_cost * critic - hyper.entropy * entropy.sum(0).mean()
+        return loss, {
+            "policy_loss": actor, "value_loss": critic, "entropy": entropy.mean(), "value": value.mean(),
+            "advantage_deviation": advantage.std(), "ratio_off_one": (ratio - 1).abs().max(),
+        }
+
+    def by_kind(self, kind: Tensor, reward: Tensor) -> dict[str, Tensor]:
+        """The mean reward, neither scaled nor cut, of each kind of step that there was."""
+        return {f"reward_{name}": reward[kind == number].mean()
+                for number, name in enumerate(KINDS) if bool((kind == number).any())}
+
+    def _optimiser(self, part: nn.Module) -> ClippedOptimiser:
+        hyper = self.hyper
+        return ClippedOptimiser(part, hyper.clip, ("square_avg",), lambda parameters: torch.optim.RMSprop(
+            parameters, lr=hyper.lr, alpha=hyper.rmsprop_decay, eps=hyper.rmsprop_epsilon))

@@ -1,0 +1,63 @@
+"""C-BET: 1 / (N(s') + N(c)), counts of the picture reached and of the change that led to it (Parisi et al., 2021).
+
+As released: the tables are updated, then read; each environment has its own, and each is forgotten at random, with
+a small probability after each step. With one table for all that is never forgotten it explores for a lifetime.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from torch import nn
+
+from curionav_cli.agents.cbet.alarm import Alarm
+from curionav_cli.agents.cbet.counts import Counts
+from curionav_cli.agents.cbet.keys import ChangeKeys, StateKeys
+from curionav_cli.agents.cbet.life import Life
+from curionav_cli.agents.cbet.rewards.reward import Kit, Reward
+from curionav_cli.agents.cbet.views import Ego, Panorama
+from curionav_cli.config.agent_schema import Difference, Reset, Tables, View
+
+
+class CBET(Reward):
+    """view: of which the change is taken."""
+
+    def __init__(self, kit: Kit, networks: nn.ModuleDict):
+        super().__init__(kit, networks)
+        hyper, rng = kit.hyper, np.random.default_rng(kit.numbers)
+        pano = hyper.view is View.pano
+        self.view = Panorama(kit.world, kit.engine, kit.seed) if pano else Ego()
+        wrapped = hyper.difference is Difference.wrapped
+        self.state_keys = StateKeys(hyper.key.value, hyper.key_bits, rng)
+        self.change_keys = ChangeKeys(hyper.key.value, hyper.key_bits, self.view.views, wrapped, rng)
+        tables = 1 if hyper.tables is Tables.shared else hyper.environments
+        self.counts = {"states": Counts(tables), "changes": Counts(tables)}
+        self.dice = [np.random.default_rng([kit.numbers, e + 1]) for e in range(hyper.environments)]
+        self.alarm = Alarm()
+
+    def lived(self, life: Life) -> tuple[np.ndarray, dict[str, float]]:
+        states = self.state_keys(life.episode.image[life.reached])
+        changes = self.change_keys(self.view(life), life.reached)
+        last = len(life) - (not self.hyper.count_teleport)  # the step that ends in the respawn may not count
+        forgotten = self.forgotten(len(life), life.environment)
+        met = np.zeros((len(life), 2))
+        for t in range(last):
+            for n, (counts, key) in enumerate(zip(self.counts.values(), (states[t], changes[t]), strict=True)):
+                met[t, n] = counts.add(life.environment, key)
+                if forgotten[t, n]:
+                    counts.clear(life.environment)
+        bonus = np.append(1 / met[:last].sum(axis=1), np.zeros(len(life) - last))
+        poses = len(np.unique(life.episode.pose[1:-1], axis=0))
+        self.alarm.look(poses, len(set(states[:-1])), bonus)
+        return bonus, {
+            "unique_states": len(set(states)) / len(life), "unique_changes": len(set(changes)) / len(life),
+            "unique_of_new_poses": len(set(states[:-1])) / max(1, poses),
+            "count_of_state": met[:last, 0].mean(), "count_of_change": met[:last, 1].mean(),
+        }
+
+    def forgotten(self, steps: int, environment: int) -> np.ndarray:
+        """(steps, 2) bool: is the table of states, that of changes cleared after this step?"""
+        if self.hyper.reset is Reset.random:
+            return self.dice[environment].random((steps, 2)) < self.hyper.reset_prob
+        cleared = np.zeros((steps, 2), bool)
+        cleared[-1] = self.hyper.reset is Reset.episode
+        return cleared

@@ -1,0 +1,26 @@
+"""Count: 1 / sqrt(N(s')), keys as C-BET's, a table an environment that is never forgotten."""
+
+from __future__ import annotations
+
+import numpy as np
+from torch import nn
+
+from curionav_cli.agents.cbet.counts import Counts
+from curionav_cli.agents.cbet.keys import StateKeys
+from curionav_cli.agents.cbet.life import Life
+from curionav_cli.agents.cbet.rewards.reward import Kit, Reward
+
+
+class Count(Reward):
+    """counts["states"] holds the pictures."""
+
+    def __init__(self, kit: Kit, networks: nn.ModuleDict):
+        super().__init__(kit, networks)
+        rng = np.random.default_rng(kit.numbers)
+        self.state_keys = StateKeys(kit.hyper.key.value, kit.hyper.key_bits, rng)
+        self.counts = {"states": Counts(kit.hyper.environments)}
+
+    def lived(self, life: Life) -> tuple[np.ndarray, dict[str, float]]:
+        keys = self.state_keys(life.episode.image[life.reached])
+        met = np.array([self.counts["states"].add(life.environment, key) for key in keys])
+        return met**-0.5, {"unique_states": len(set(keys)) / len(keys), "count_of_state": met.mean()}

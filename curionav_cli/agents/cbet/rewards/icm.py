@@ -1,0 +1,44 @@
+"""ICM (Pathak et al., 2017) as C-BET's authors compare with it: the error of predicting the next picture's features."""
+
+from __future__ import annotations
+
+import torch
+import torch.nn.functional as F
+from torch import Tensor, nn
+
+from curionav_cli.agents.cbet.network import ACTIONS, Eyes
+from curionav_cli.agents.cbet.rewards.reward import Reward
+from curionav_cli.agents.cbet.unrolls import Batch
+from curionav_cli.config import agent_schema
+
+HIDDEN = 256
+
+
+class ICM(Reward):
+    """Both losses train the features; no gradient is stopped. Norms are L2, not squared."""
+
+    @staticmethod
+    def build(hyper: agent_schema.CBET) -> nn.ModuleDict:
+        eyes = Eyes(hyper.conv_channels)
+        size = eyes.features
+        return nn.ModuleDict({
+            "features": eyes,
+            "dynamics": nn.Sequential(nn.Linear(size + ACTIONS, HIDDEN), nn.ReLU(), nn.Linear(HIDDEN, size)),
+            "inverse": nn.Sequential(nn.Linear(2 * size, HIDDEN), nn.ReLU(), nn.Linear(HIDDEN, ACTIONS)),
+        })
+
+    def surprise(self, batch: Batch) -> tuple[Tensor, Tensor]:
+        """The forward error; the loss is its sum over T and mean over B, and that of the inverse model's."""
+        seen = self.networks["features"](batch.image.flatten(0, 1)).unflatten(0, batch.image.shape[:2])
+        before, after = seen[:-1], seen[1:]
+        action = F.one_hot(batch.action, ACTIONS).to(before)
+        predicted = self.networks["dynamics"](torch.cat([before, action], dim=-1))
+        guessed = self.networks["inverse"](torch.cat([before, after], dim=-1))
+        error = torch.linalg.vector_norm(predicted - after, dim=-1)
+        wrong = F.cross_entropy(guessed.flatten(0, 1), batch.action.flatten(), reduction="none").view_as(error)
+        loss = (self.hyper.forward_loss * error + self.hyper.inverse_loss * wrong).sum(0).mean()
+        return self.novelty(before, after, error).detach(), loss
+
+    def novelty(self, before: Tensor, after: Tensor, error: Tensor) -> Tensor:
+        """(T, B) from features (T, B, F) of a step's two pictures and the forward error (T, B)."""
+        return error

@@ -1,0 +1,15 @@
+"""A control without memory: half a point for every step that moved the robot, which C-BET's reward nearly is."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from curionav_cli.agents.cbet.life import MOVED, Life
+from curionav_cli.agents.cbet.rewards.reward import Reward
+
+
+class Motion(Reward):
+    """0.5 where the position changed."""
+
+    def lived(self, life: Life) -> tuple[np.ndarray, dict[str, float]]:
+        return np.where(life.kind == MOVED, 0.5, 0.0), {}

@@ -1,0 +1,29 @@
+"""RIDE (Raileanu and Rocktaschel, 2020): how far a step moves in ICM's features, over sqrt(N(s')) of the episode."""
+
+from __future__ import annotations
+
+import numpy as np
+import torch
+from torch import Tensor, nn
+
+from curionav_cli.agents.cbet.life import Life
+from curionav_cli.agents.cbet.rewards.count import Count
+from curionav_cli.agents.cbet.rewards.icm import ICM
+from curionav_cli.agents.cbet.rewards.reward import Kit
+
+
+class RIDE(ICM):
+    """Counts are forgotten with each episode, after the respawn was counted."""
+
+    def __init__(self, kit: Kit, networks: nn.ModuleDict):
+        super().__init__(kit, networks)
+        self.count = Count(kit, nn.ModuleDict())
+        self.counts = self.count.counts
+
+    def lived(self, life: Life) -> tuple[np.ndarray, dict[str, float]]:
+        bonus, watch = self.count.lived(life)
+        self.counts["states"].clear(life.environment)
+        return bonus, watch
+
+    def novelty(self, before: Tensor, after: Tensor, error: Tensor) -> Tensor:
+        return torch.linalg.vector_norm(after - before, dim=-1)

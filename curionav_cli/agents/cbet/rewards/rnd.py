@@ -1,0 +1,29 @@
+"""RND (Burda et al., 2019) as C-BET's authors compare with it: the distance to a fixed random network's features."""
+
+from __future__ import annotations
+
+import torch
+from torch import Tensor, nn
+
+from curionav_cli.agents.cbet.network import Eyes
+from curionav_cli.agents.cbet.rewards.reward import Reward
+from curionav_cli.agents.cbet.unrolls import Batch
+from curionav_cli.config import agent_schema
+
+
+class RND(Reward):
+    """Distances are L2 norms, not squared; neither pictures nor rewards are normalised."""
+
+    @staticmethod
+    def build(hyper: agent_schema.CBET) -> nn.ModuleDict:
+        fixed = Eyes(hyper.conv_channels).requires_grad_(False)
+        return nn.ModuleDict({"predictor": Eyes(hyper.conv_channels), "target": fixed})
+
+    def surprise(self, batch: Batch) -> tuple[Tensor, Tensor]:
+        """Of the picture reached; the loss is its sum over T, its mean over B."""
+        reached = batch.image[1:].flatten(0, 1)
+        with torch.no_grad():
+            target = self.networks["target"](reached)
+        distance = torch.linalg.vector_norm(self.networks["predictor"](reached) - target, dim=-1)
+        distance = distance.view_as(batch.bonus)
+        return distance.detach(), self.hyper.rnd_loss * distance.sum(0).mean()
