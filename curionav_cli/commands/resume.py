@@ -17,8 +17,8 @@ from curionav_cli.config.settings import read_settings
 from curionav_cli.errors import ConfigError, RunFailed, RunFolderError, UserError
 from curionav_cli.storage.run_folder import RunFolder
 
-# A run may be longer than planned, files may move, and machines differ in memory.
-MAY_CHANGE = ("loop.episodes", "env.map", "env.overlay", "loop.replay_memory")
+# A run may be longer than planned, files may move, machines differ in memory, and CUDA graphs may fail.
+MAY_CHANGE = ("loop.episodes", "env.map", "env.overlay", "loop.replay_memory", "compile")
 
 
 def run(folder: Path, changes: list[str]) -> int:

@@ -15,6 +15,8 @@ from typing import Any
 import torch
 from torch import Tensor
 
+from curionav_cli.errors import RunFailed
+
 WARM_UP = 3  # runs before recording, in which libraries choose their kernels and take their memory
 
 Outputs = dict[str, Tensor]
@@ -33,6 +35,7 @@ class Recorded:
 
     state: the tensors that the function changes in place; recording leaves them as they were.
     The outputs are the same tensors at every call: read or add them up before the next.
+    Raises RunFailed where it cannot be recorded.
     """
 
     def __init__(self, capture: Capture, device: torch.device, function: Callable[..., Outputs],
@@ -47,7 +50,11 @@ class Recorded:
         for own, given in zip(self.inputs, inputs, strict=True):
             fill(own, given)
         if self.run is None:
-            self.run = self.capture(partial(self.function, *self.inputs), self.state)
+            try:
+                self.run = self.capture(partial(self.function, *self.inputs), self.state)
+            except RuntimeError as error:
+                raise RunFailed(f"It could not be recorded as a CUDA graph: {str(error).splitlines()[0]} "
+                                "Set compile=none, which does without.") from error
         repeat, outputs = self.run
         repeat()
         return outputs

@@ -14,6 +14,7 @@ from curionav_cli.agents.lbs_dreamer.optimiser import Optimiser
 from curionav_cli.agents.lbs_dreamer.world_model import Sequences
 from curionav_cli.agents.meter import Meter
 from curionav_cli.config import agent_schema
+from curionav_cli.errors import RunFailed
 
 CPU = torch.device("cpu")
 
@@ -91,6 +92,14 @@ def test_inputs_of_another_shape_or_kind_are_refused(learner, data):
         made.update(Sequences(*(tensor[..., :1] for tensor in data[:3])))
     with pytest.raises(AssertionError):
         made.update(data._replace(action=data.action.int()))
+
+
+def test_what_cannot_be_recorded_ends_the_run_and_names_the_way_out(learner, data):
+    def broken(function, state):
+        raise RuntimeError("CUDA error: operation not permitted when stream is capturing\nCompile with ...")
+
+    with pytest.raises(RunFailed, match=r"operation not permitted when stream is capturing Set compile=none"):
+        learner(partial(Recorded, broken, CPU)).update(data)
 
 
 def test_an_update_that_asks_the_device_is_found_out(learner, data, monkeypatch):
