@@ -83,6 +83,7 @@ def command_with_settings(name: str, about: str) -> None:
 
 
 command_with_settings("explore", "Let an agent live in a world and draw what it covered.")
+command_with_settings("train", "Let an agent learn from stored episodes: data=RUN loop.iterations=2000 (all together).")
 command_with_settings("sheet", "Draw a contact sheet of a world: top view, camera images and depth.")
 
 
@@ -108,12 +109,6 @@ def resume(
     from curionav_cli.commands import resume
 
     raise typer.Exit(resume.run(folder, changes or []))
-
-
-@app.command(context_settings=UNFINISHED)
-def train() -> None:
-    """Serve weights to a robot: learn from the episodes in a store. (still to come)"""
-    unfinished("train", "learning from a remote store of episodes")
 
 
 @app.command(context_settings=UNFINISHED)

@@ -43,6 +43,10 @@ def check(settings: Config) -> None:
         from curionav_cli.agents.lbs_dreamer.device import recorder
 
         recorder(settings.compile.value, resolve_device(settings.device.value))
+
+
+def check_lengths(settings: Config) -> None:
+    """Episodes that are too short to learn from. Raises ConfigError."""
     length = getattr(settings.agent, "sequence_length", 0)
     if settings.loop.iterations and length > settings.loop.steps + 1:
         raise ConfigError(f"agent.sequence_length={length} does not fit into an episode of {settings.loop.steps} "

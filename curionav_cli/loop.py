@@ -34,6 +34,16 @@ class Watcher(Protocol):
         """Episode `index` and the learning after it are done."""
 
 
+class Onlooker(Protocol):
+    """Who looks on where nobody lives."""
+
+    def learned(self, iteration: int) -> None:
+        """One more iteration since the last save is done."""
+
+    def trained(self, iterations: int, metrics: dict[str, float]) -> None:
+        """So many iterations are done in all; the metrics are of those since the last save."""
+
+
 Learn = Callable[[int, Episode], dict[str, float]]
 
 
@@ -87,3 +97,13 @@ class LearnHere:
         self.replay.add(episode)
         metrics = self.agent.learn(self.replay, self.iterations, self.watch.learned)
         return {**metrics, **(foresight.metrics() if foresight else {})}
+
+
+def train(agent: Agent, replay: Replay, *, iterations: int, every: int, watch: Onlooker, first: int = 0) -> None:
+    """Iterations `first` to `iterations` on what is stored, without a world; the watcher saves after `every`."""
+    done = first
+    while done < iterations:
+        began, until = time.perf_counter(), min(iterations, done - done % every + every)
+        metrics = agent.learn(replay, until - done, watch.learned)
+        done = until
+        watch.trained(done, {**metrics, "seconds_learning": time.perf_counter() - began})

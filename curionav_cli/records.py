@@ -12,7 +12,8 @@ import json
 import os
 import zipfile
 import zlib
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import IO, Any, NamedTuple
@@ -31,6 +32,7 @@ class Pose(NamedTuple):
 
 
 ORIGIN = Pose(0.0, 0.0, 0.0)
+ACTIONS = (0, 1, 2)  # forward, left, right
 
 
 @dataclass(frozen=True)
@@ -101,6 +103,10 @@ class Episode:
     def load(cls, path: Path) -> Episode:
         arrays = read_arrays(path, ("image", "action", "pose", "collided", "events"))
         events = tuple(json.loads(str(arrays.pop("events"))))
+        image, action = arrays["image"], arrays["action"]
+        if image.shape != (len(action) + 1, 64, 64, 3) or image.dtype != np.uint8 or not np.isin(action, ACTIONS).all():
+            raise RunFolderError(f"{path} holds no episode: its images are {image.dtype} {image.shape}, "
+                                 f"for {len(action)} actions that should be 0, 1 or 2.")
         return cls(**arrays, events=events)
 
 
@@ -147,10 +153,24 @@ def write_arrays(path: Path, arrays: dict[str, np.ndarray]) -> None:
 
 def read_arrays(path: Path, names: tuple[str, ...]) -> dict[str, np.ndarray]:
     """The named arrays of an npz. Raises RunFolderError where the file is broken or lacks one."""
+    with opened(path) as archive:
+        return {name: np.lib.format.read_array(io.BytesIO(archive.read(f"{name}.npy")), allow_pickle=False)
+                for name in names}
+
+
+def checksum(path: Path) -> str:
+    """Of the arrays of an npz, from its table of contents alone. Raises RunFolderError where it is broken."""
+    with opened(path) as archive:
+        held = [(info.filename, info.CRC, info.file_size) for info in archive.infolist()]
+    return f"{zlib.crc32(json.dumps(held).encode()):08x}"
+
+
+@contextmanager
+def opened(path: Path) -> Iterator[zipfile.ZipFile]:
+    """An npz to read from. Raises RunFolderError for what is found broken or missing meanwhile."""
     try:
         with open(path, "rb") as file, zipfile.ZipFile(file) as archive:
-            return {name: np.lib.format.read_array(io.BytesIO(archive.read(f"{name}.npy")), allow_pickle=False)
-                    for name in names}
+            yield archive
     except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile, zlib.error) as error:
         raise RunFolderError(f"{path} is not whole ({error}). Restore it from a copy.") from error
 

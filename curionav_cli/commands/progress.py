@@ -1,4 +1,4 @@
-"""How a running run shows itself: a live line on a terminal, one plain line an episode elsewhere."""
+"""How a running run shows itself: a live line on a terminal, one plain line an episode or a save elsewhere."""
 
 from __future__ import annotations
 
@@ -12,33 +12,27 @@ from rich.progress import BarColumn, Progress, TextColumn
 from curionav_cli.config.schema import Loop
 
 
-class Report:
-    """Counts steps and time; the subclasses show them."""
+class Line:
+    """Counts what is done of `total`, from `first` on, and time; the subclasses show it."""
 
-    def __init__(self, label: str, loop: Loop, first: int):
-        self.label = label
-        self.episodes, self.steps, self.iterations = loop.episodes, loop.steps, loop.iterations
-        self.first = self.episode = first
-        self.began = self.episode_began = time.perf_counter()
-        self.rate = 0.0  # steps a second of the running or the last episode's acting
+    def __init__(self, label: str, first: int, total: int):
+        self.label, self.total = label, total
+        self.first = self.done = first
+        self.began = time.perf_counter()
 
-    def acted(self, step: int) -> None:
-        self.rate = step / max(1e-9, time.perf_counter() - self.episode_began)
+    def show(self, done: float, text: str) -> None:
+        """Something in between; whoever reads plain lines does not see it."""
 
-    def learned(self, iteration: int) -> None:
-        """One more of the K iterations is done."""
-
-    def lived(self, coverage: float, visited: int, total: int) -> None:
-        """An episode and its learning are done."""
-        self.episode += 1
-        self.episode_began = time.perf_counter()
+    def finished(self, done: int, text: str) -> None:
+        """So much is done."""
+        self.done = done
 
     def left(self) -> str:
-        """The time that the episodes still to come will take, judged by those that this process lived."""
-        lived = self.episode - self.first
-        if not lived:
+        """The time that the rest will take, judged by what this process did."""
+        did = self.done - self.first
+        if not did:
             return "?"
-        seconds = (time.perf_counter() - self.began) / lived * (self.episodes - self.episode)
+        seconds = (time.perf_counter() - self.began) / did * (self.total - self.done)
         return f"{seconds // 3600:.0f} h {seconds // 60 % 60:02.0f} min" if seconds >= 3600 else \
             f"{seconds // 60:.0f} min {seconds % 60:02.0f} s"
 
@@ -46,52 +40,86 @@ class Report:
         """The run is over."""
 
 
-class PlainReport(Report):
-    """One line an episode on standard output."""
+class PlainLine(Line):
+    """A new line on standard output each time."""
 
-    def lived(self, coverage: float, visited: int, total: int) -> None:
-        super().lived(coverage, visited, total)
-        print(f"{self.label}: episode {self.episode}/{self.episodes}, {self.episode * self.steps} steps, "
-              f"{self.rate:.0f} steps/s, coverage {coverage:.1%} ({visited}/{total}), {self.left()} left",
-              flush=True)
+    def finished(self, done: int, text: str) -> None:
+        super().finished(done, text)
+        print(f"{self.label}: {text}, {self.left()} left", flush=True)
 
 
-class LiveReport(Report):
+class LiveLine(Line):
     """One line that is drawn again as the run goes on."""
 
-    def __init__(self, label: str, loop: Loop, first: int):
-        super().__init__(label, loop, first)
-        self.coverage = "coverage ?"
+    def __init__(self, label: str, first: int, total: int):
+        super().__init__(label, first, total)
         console = Console()
         bar = [BarColumn(bar_width=20)] if console.width >= 120 else []
         self.progress = Progress(*bar, TextColumn("{task.description}"), console=console, refresh_per_second=5)
-        self.task = self.progress.add_task(label, total=loop.episodes * loop.steps, completed=first * loop.steps)
+        self.task = self.progress.add_task(label, total=total, completed=first)
         self.progress.start()
 
-    def show(self, step: int, doing: str) -> None:
-        episode = min(self.episode + 1, self.episodes)
-        self.progress.update(self.task, completed=self.episode * self.steps + step, description=(
-            f"{self.label} {episode}/{self.episodes}: {doing}, {self.rate:.0f} steps/s, "
-            f"{self.coverage}, {self.left()} left"))
-
-    def acted(self, step: int) -> None:
-        super().acted(step)
-        self.show(step, f"step {step}")
-
-    def learned(self, iteration: int) -> None:
-        self.show(self.steps, f"learning {iteration}/{self.iterations}")
-
-    def lived(self, coverage: float, visited: int, total: int) -> None:
-        super().lived(coverage, visited, total)
-        self.coverage = f"coverage {coverage:.1%}"
-        self.show(0, "done")
+    def show(self, done: float, text: str) -> None:
+        self.progress.update(self.task, completed=done, description=f"{self.label} {text}, {self.left()} left")
 
     def close(self) -> None:
         self.progress.stop()
 
 
-def report(label: str, loop: Loop, first: int) -> Report:
+def line(label: str, first: int, total: int) -> Line:
     """The live line where a person sees it; jobs that run beside each other print plain lines."""
     alone = multiprocessing.parent_process() is None
-    kind = LiveReport if alone and sys.stdout.isatty() else PlainReport
-    return kind(label, loop, first)
+    kind = LiveLine if alone and sys.stdout.isatty() else PlainLine
+    return kind(label, first, total)
+
+
+class Living:
+    """The words of a run that acts and learns."""
+
+    def __init__(self, line: Line, loop: Loop):
+        self.line, self.loop = line, loop
+        self.began = time.perf_counter()
+        self.rate = 0.0  # steps a second of the running or the last episode's acting
+        self.coverage = "coverage ?"
+
+    def acted(self, step: int) -> None:
+        self.rate = step / max(1e-9, time.perf_counter() - self.began)
+        self.show(step, f"step {step}")
+
+    def learned(self, iteration: int) -> None:
+        self.show(self.loop.steps, f"learning {iteration}/{self.loop.iterations}")
+
+    def lived(self, coverage: float, visited: int, total: int) -> None:
+        """An episode and its learning are done."""
+        episode, self.coverage = self.line.done + 1, f"coverage {coverage:.1%}"
+        self.line.finished(episode, f"episode {episode}/{self.loop.episodes}, {episode * self.loop.steps} steps, "
+                                    f"{self.rate:.0f} steps/s, {self.coverage} ({visited}/{total})")
+        self.began = time.perf_counter()
+        self.show(0, "done")
+
+    def show(self, step: int, doing: str) -> None:
+        done = self.line.done
+        self.line.show(done + step / self.loop.steps, (
+            f"{min(done + 1, self.loop.episodes)}/{self.loop.episodes}: {doing}, {self.rate:.0f} steps/s, "
+            f"{self.coverage}"))
+
+
+class Studying:
+    """The words of a run that only learns."""
+
+    def __init__(self, line: Line):
+        self.line = line
+        self.began, self.rate = time.perf_counter(), 0.0
+
+    def learned(self, iteration: int) -> None:
+        """One more since the last save."""
+        self.rate = iteration / max(1e-9, time.perf_counter() - self.began)
+        self.line.show(self.line.done + iteration, self.text(self.line.done + iteration))
+
+    def trained(self, done: int) -> None:
+        """Saved after `done` iterations."""
+        self.line.finished(done, self.text(done))
+        self.began = time.perf_counter()
+
+    def text(self, done: int) -> str:
+        return f"iteration {done}/{self.line.total}, {self.rate:.1f} iterations/s"

@@ -1,11 +1,11 @@
-"""Looks on while a run is lived: counts coverage, writes metrics, checkpoint and status, in that order."""
+"""Looks on while a run is lived or trained: writes metrics, checkpoint and status, in that order."""
 
 from __future__ import annotations
 
 from typing import Any
 
 from curionav_cli.agents.agent import Agent
-from curionav_cli.commands.progress import Report
+from curionav_cli.commands.progress import Living, Studying
 from curionav_cli.records import Episode, Foresight
 from curionav_cli.results.coverage import Coverage
 from curionav_cli.storage import checkpoint
@@ -14,13 +14,32 @@ from curionav_cli.storage.run_folder import RunFolder
 from curionav_cli.world.motion import FORWARD, LEFT, RIGHT
 
 
-class Recorder:
-    """The loop's watcher (loop.Watcher). `fixed`: the settings that a resumed run may not change."""
+class Keeper:
+    """Keeps what was done, so that a killed run goes on. `fixed`: the settings that it may then not change."""
 
-    def __init__(self, run: RunFolder, agent: Agent, replay: Replay, coverage: Coverage, fixed: dict[str, Any],
-                 report: Report):
-        self.run, self.agent, self.replay, self.coverage = run, agent, replay, coverage
-        self.fixed, self.report = fixed, report
+    def __init__(self, run: RunFolder, agent: Agent, replay: Replay, fixed: dict[str, Any]):
+        self.run, self.agent, self.replay, self.fixed = run, agent, replay, fixed
+
+    def keep(self, done: int, row: dict[str, Any], **status: Any) -> None:
+        """After `done` episodes, or iterations: a row of metrics.jsonl, a checkpoint, the status."""
+        self.run.append_metrics(row)
+        checkpoint.save(self.run.checkpoints, done, self.fixed, self.agent.save)
+        self.run.set_status(**status, **self.usage())
+
+    def usage(self) -> dict[str, Any]:
+        """What a learner's replay holds, for status.json."""
+        replay = self.replay
+        return {"replay": {"episodes": len(replay), "steps": replay.steps, "bytes_in_memory": replay.in_memory,
+                           "bytes_on_disk": replay.on_disk}} if self.agent.learns else {}
+
+
+class Recorder(Keeper):
+    """Watches a life (loop.Watcher) and counts its coverage."""
+
+    def __init__(self, run: RunFolder, agent: Agent, replay: Replay, fixed: dict[str, Any], coverage: Coverage,
+                 report: Living):
+        super().__init__(run, agent, replay, fixed)
+        self.coverage, self.report = coverage, report
 
     def counts(self) -> dict[str, float]:
         """What the run has covered so far."""
@@ -39,16 +58,24 @@ class Recorder:
     def lived(self, index: int, episode: Episode, metrics: dict[str, float]) -> None:
         cells = self.coverage.add(episode.pose)
         counts = self.counts()
-        self.run.append_metrics({"episode": index, **counts, "cells_in_episode": cells, **habits(episode), **metrics})
-        checkpoint.save(self.run.checkpoints, index + 1, self.fixed, self.agent.save)
-        self.run.set_status(episode=index + 1, **counts, **usage(self.agent, self.replay))
+        row = {"episode": index, **counts, "cells_in_episode": cells, **habits(episode), **metrics}
+        self.keep(index + 1, row, episode=index + 1, **counts)
         self.report.lived(self.coverage.share, self.coverage.visited, self.coverage.total)
 
 
-def usage(agent: Agent, replay: Replay) -> dict[str, Any]:
-    """What a learner's replay holds, for status.json."""
-    return {"replay": {"episodes": len(replay), "steps": replay.steps, "bytes_in_memory": replay.in_memory,
-                       "bytes_on_disk": replay.on_disk}} if agent.learns else {}
+class Study(Keeper):
+    """Watches a training without a world (loop.Onlooker)."""
+
+    def __init__(self, run: RunFolder, agent: Agent, replay: Replay, fixed: dict[str, Any], report: Studying):
+        super().__init__(run, agent, replay, fixed)
+        self.report = report
+
+    def learned(self, iteration: int) -> None:
+        self.report.learned(iteration)
+
+    def trained(self, iterations: int, metrics: dict[str, float]) -> None:
+        self.keep(iterations, {"iterations": iterations, **metrics}, iteration=iterations)
+        self.report.trained(iterations)
 
 
 def habits(episode: Episode) -> dict[str, float]:

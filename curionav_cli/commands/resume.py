@@ -7,10 +7,11 @@ import sys
 from collections.abc import Iterator
 from contextlib import chdir, contextmanager
 from pathlib import Path
+from typing import Any
 
 import yaml
 
-from curionav_cli.commands import explore
+from curionav_cli.commands import explore, train
 from curionav_cli.commands.launch import INTERRUPTED, Request
 from curionav_cli.config.preflight import pin
 from curionav_cli.config.settings import read_settings
@@ -18,7 +19,8 @@ from curionav_cli.errors import ConfigError, RunFailed, RunFolderError, UserErro
 from curionav_cli.storage.run_folder import RunFolder
 
 # A run may be longer than planned, files may move, machines differ in memory, and CUDA graphs may fail.
-MAY_CHANGE = ("loop.episodes", "env.map", "env.overlay", "loop.replay_memory", "compile")
+ANY = ("env.map", "env.overlay", "loop.replay_memory", "compile")
+MAY_CHANGE = {"explore": ("loop.episodes", *ANY), "train": ("loop.iterations", "data", *ANY)}
 
 
 def run(folder: Path, changes: list[str]) -> int:
@@ -26,23 +28,30 @@ def run(folder: Path, changes: list[str]) -> int:
 
     Raises UserError before anything is written, RunFailed where the run cannot go on.
     """
-    for change in changes:
-        key = change.partition("=")[0]
-        if key not in MAY_CHANGE:
-            raise ConfigError(f"A run goes on with the settings it began with; only {', '.join(MAY_CHANGE)} may "
-                              f"change, not {key}. Start a new run for another one.")
     if (folder / "multirun.yaml").is_file():
         return resume_sweep(folder.resolve(), changes)
     one = RunFolder.existing(folder)
+    command = "train" if read_settings(one.config).data else "explore"
+    refuse_others(command, changes)
     settings = read_settings(one.config, changes)
+    module: Any = {"explore": explore, "train": train}[command]
     try:
-        with logged(folder / "explore.log"):
-            explore.explore(settings, folder)
+        with logged(folder / f"{command}.log"):
+            module.work(settings, folder)
     except KeyboardInterrupt:
         print(f"Interrupted. To go on: curionav resume {folder}", file=sys.stderr)
         return INTERRUPTED
-    explore.summary(folder, [])
+    module.summary(folder, [])
     return 0
+
+
+def refuse_others(command: str, changes: list[str]) -> None:
+    """Raises ConfigError for a change that a run of this command cannot go on with."""
+    may = MAY_CHANGE[command]
+    for key in (change.partition("=")[0] for change in changes):
+        if key not in may:
+            raise ConfigError(f"A run goes on with the settings it began with; only {', '.join(may)} may "
+                              f"change, not {key}. Start a new run for another one.")
 
 
 def resume_sweep(folder: Path, changes: list[str]) -> int:
@@ -50,16 +59,19 @@ def resume_sweep(folder: Path, changes: list[str]) -> int:
     try:
         noted = yaml.safe_load((folder / "multirun.yaml").read_text())["hydra"]
         overrides, where = noted["overrides"], Path(noted["runtime"]["cwd"])
+        command = noted["job"]["name"]
+        module: Any = {"explore": explore, "train": train}[command]
         own = [Path(source["path"]) for source in noted["runtime"]["config_sources"] if source["provider"] == "user"]
     except (yaml.YAMLError, KeyError, TypeError) as error:
         raise RunFolderError(f"{folder / 'multirun.yaml'} does not hold a sweep ({error}).") from error
+    refuse_others(command, changes)
     keys = {change.partition("=")[0] for change in changes}
     words = [word for word in overrides["task"] if word.partition("=")[0] not in keys]
     hydra = [word for word in overrides["hydra"] if word.partition("=")[0] not in ("hydra.sweep.dir", "hydra.mode")]
-    request = Request("explore", [*words, *changes, *hydra, pin(str(folder), multirun=True)], multirun=True,
+    request = Request(command, [*words, *changes, *hydra, pin(str(folder), multirun=True)], multirun=True,
                       config_dir=own[0] if own else None)
     with chdir(where if where.is_dir() else folder):
-        return explore.run(request)
+        return module.run(request)
 
 
 @contextmanager

@@ -38,7 +38,10 @@ class Scale(Enum):
 
 @dataclass(frozen=True)
 class Loop:
-    """One life: `episodes` times N `steps` of acting, then K `iterations` of learning."""
+    """One life: `episodes` times N `steps` of acting, then K `iterations` of learning.
+
+    `train` does not act: `iterations` are all that it does.
+    """
 
     steps: int
     iterations: int
@@ -122,6 +125,7 @@ class Config:
     device: Device
     compile: Compile
     scale: Scale
+    data: str | None  # the folder whose episodes `train` learns from
     loop: Loop
     env: Env
     agent: Any

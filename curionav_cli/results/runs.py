@@ -8,9 +8,6 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any
 
-import yaml
-
-from curionav_cli.errors import RunFolderError
 from curionav_cli.records import FloorPlan, read_arrays
 from curionav_cli.results.coverage import Coverage, Curve, cover
 from curionav_cli.storage.run_folder import RunFolder
@@ -33,11 +30,7 @@ class Run:
 
     @cached_property
     def config(self) -> dict[str, Any]:
-        try:
-            config = yaml.safe_load(self.folder.config.read_text())
-            return {key: config[key] for key in ("env", "agent", "seed")}
-        except (OSError, yaml.YAMLError, TypeError, KeyError) as error:
-            raise RunFolderError(f"{self.folder.config} does not hold the settings of a run ({error}).") from error
+        return self.folder.settings
 
     @property
     def env(self) -> str:

@@ -1,7 +1,7 @@
 """A checkpoint is a folder, finished or absent. What is in it is the agent's business.
 
     checkpoint/
-        000003/            after three finished episodes
+        000003/            after three finished episodes (of curionav train: iterations)
             settings.json  the settings that the run may not change when it goes on
             ...            what agent.save wrote
             done           empty, written last
@@ -23,9 +23,9 @@ from curionav_cli.records import read_json
 KEPT = 2
 
 
-def save(root: Path, episodes: int, settings: dict[str, Any], write: Callable[[Path], None]) -> None:
-    """Save the state after `episodes` finished episodes; write(folder) fills it."""
-    beside = root / f"{episodes:06d}.part"
+def save(root: Path, done: int, settings: dict[str, Any], write: Callable[[Path], None]) -> None:
+    """Save the state after `done` episodes or iterations; write(folder) fills it."""
+    beside = root / f"{done:06d}.part"
     shutil.rmtree(beside, ignore_errors=True)
     beside.mkdir(parents=True)
     (beside / "settings.json").write_text(json.dumps(settings, sort_keys=True))
@@ -34,7 +34,7 @@ def save(root: Path, episodes: int, settings: dict[str, Any], write: Callable[[P
         flush(file)
     (beside / "done").touch()
     flush(beside)
-    final = root / f"{episodes:06d}"
+    final = root / f"{done:06d}"
     shutil.rmtree(final, ignore_errors=True)
     beside.replace(final)
     flush(root)
@@ -53,11 +53,12 @@ def flush(path: Path) -> None:
 
 def finished(root: Path) -> list[Path]:
     """The whole checkpoints, oldest first."""
-    return sorted(folder for folder in root.glob("[0-9]" * 6) if (folder / "done").exists())
+    whole = (folder for folder in root.glob("[0-9]*") if folder.name.isdecimal() and (folder / "done").exists())
+    return sorted(whole, key=lambda folder: int(folder.name))
 
 
 def newest(root: Path, settings: dict[str, Any]) -> tuple[int, Path] | None:
-    """(finished episodes, folder) to go on from. Raises RunFolderError where the settings differ."""
+    """(finished episodes or iterations, folder) to go on from. Raises RunFolderError where the settings differ."""
     folders = finished(root)
     if not folders:
         return None

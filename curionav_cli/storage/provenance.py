@@ -16,10 +16,10 @@ import yaml
 PACKAGES = ("curionav", "numpy", "torch", "gymnasium", "hydra-core", "opencv-python-headless")
 
 
-def about(folder: Path, device: str, engine: str, seed: int) -> dict[str, Any]:
+def about(folder: Path, command: str, device: str, seed: int) -> dict[str, Any]:
     """Command, versions, machine, commit.
 
-    engine: what draws the pictures. folder: where Hydra noted the overrides of this job.
+    command: explore or train. folder: where Hydra noted the overrides of this job.
     """
     hydra = folder / ".hydra" / "hydra.yaml"
     noted = yaml.safe_load(hydra.read_text())["hydra"] if hydra.is_file() else {}
@@ -27,8 +27,8 @@ def about(folder: Path, device: str, engine: str, seed: int) -> dict[str, Any]:
            if source["provider"] == "user"]
     words = [word for path in own for word in ("--config-dir", path)] + noted.get("overrides", {}).get("task", [])
     return {
-        "command": shlex.join(["curionav", "explore", *words]), "config_dirs": own, "device": device, "seed": seed,
-        "began": datetime.now(UTC).isoformat(timespec="seconds"), "engine": engine,
+        "command": shlex.join(["curionav", command, *words]), "config_dirs": own, "device": device, "seed": seed,
+        "began": datetime.now(UTC).isoformat(timespec="seconds"),
         "python": platform.python_version(), **{package: version(package) for package in PACKAGES},
         "machine": platform.machine(), "cores": os.cpu_count(), "threads": os.environ.get("OMP_NUM_THREADS"),
         **commit(),

@@ -5,7 +5,7 @@
     run.json         command, versions, device, engine, git commit
     status.json      state (running, done, failed, interrupted), episode, steps, coverage, error
     plan.npz         the floor plan: cells, start, obstacles
-    metrics.jsonl    one object an episode
+    metrics.jsonl    one object an episode; where nobody lived, one a save
     episodes/        000000.npz ...
     predictions/     000000.npz ... what the agent expected of an episode before it learned from it
     checkpoint/      the state of the agent after the last two episodes
@@ -23,6 +23,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import yaml
 
 from curionav_cli.errors import RunFolderError
 from curionav_cli.records import Episode, FloorPlan, Foresight, read_arrays, read_json, write_whole
@@ -63,14 +64,21 @@ class RunFolder:
     @classmethod
     def found(cls, path: Path) -> list[RunFolder]:
         """The run at `path`, or the runs of the sweep at `path`. Raises RunFolderError where there is none."""
-        inside = sorted(file.parent for file in path.glob("*/run.json") if (file.parent / "config.yaml").is_file())
-        return [cls(run) for run in inside] or [cls.existing(path)]
+        return cls.inside(path) or [cls.existing(path)]
 
-    def create(self, config: str, fixed: dict[str, Any], about: dict[str, Any], plan: FloorPlan) -> None:
-        """Begin the run. config.yaml comes last: a folder that has it has the rest."""
-        for folder in (self.path / "episodes", self.checkpoints, self.figures):
-            folder.mkdir(parents=True, exist_ok=True)
-        plan.save(self.path / "plan.npz")
+    @classmethod
+    def inside(cls, path: Path) -> list[RunFolder]:
+        """The runs of the sweep at `path`; none where there is no sweep."""
+        return [cls(file.parent) for file in sorted(path.glob("*/run.json"))
+                if (file.parent / "config.yaml").is_file()]
+
+    def create(self, config: str, fixed: dict[str, Any], about: dict[str, Any], plan: FloorPlan | None) -> None:
+        """Begin the run; no plan: nobody lives in it. config.yaml comes last: a folder that has it has the rest."""
+        self.checkpoints.mkdir(parents=True, exist_ok=True)
+        if plan:
+            (self.path / "episodes").mkdir(exist_ok=True)
+            self.figures.mkdir(exist_ok=True)
+            plan.save(self.path / "plan.npz")
         self.write("fixed.json", json.dumps(fixed))
         self.write("run.json", json.dumps(about, indent=2))
         self.write("config.yaml", config)
@@ -78,6 +86,15 @@ class RunFolder:
     def write(self, name: str, text: str) -> None:
         """A whole text file in the run's folder."""
         write_whole(self.path / name, lambda file: file.write(text.encode()))
+
+    @property
+    def settings(self) -> dict[str, Any]:
+        """env, agent and seed as config.yaml has them. Raises RunFolderError where it does not."""
+        try:
+            config = yaml.safe_load(self.config.read_text())
+            return {key: config[key] for key in ("env", "agent", "seed")}
+        except (OSError, yaml.YAMLError, TypeError, KeyError) as error:
+            raise RunFolderError(f"{self.config} does not hold the settings of a run ({error}).") from error
 
     # -- status -----------------------------------------------------------------------------------
 
@@ -92,6 +109,9 @@ class RunFolder:
 
     @property
     def plan(self) -> FloorPlan:
+        """Raises RunFolderError where it is missing or broken."""
+        if self.config.is_file() and not (self.path / "plan.npz").exists():
+            raise RunFolderError(f"{self.path} has no plan.npz: nobody lived in it. A trained run has no coverage.")
         return FloorPlan.load(self.path / "plan.npz")
 
     # -- episodes and metrics ---------------------------------------------------------------------
@@ -137,6 +157,9 @@ class RunFolder:
         with open(self.metrics_file, "a") as file:
             file.write(json.dumps(row) + "\n")
 
+    def write_metrics(self, rows: list[dict[str, Any]]) -> None:
+        self.write("metrics.jsonl", "".join(json.dumps(row) + "\n" for row in rows))
+
     def rewind(self, episodes: int) -> None:
         """Forget what came after the first `episodes` episodes. Raises RunFolderError if one is missing."""
         paths = self.episode_paths()
@@ -150,4 +173,4 @@ class RunFolder:
         later = [path for index, path in self.foresight_paths().items() if index >= episodes]
         for path in paths[episodes:] + later:
             path.unlink()
-        self.write("metrics.jsonl", "".join(json.dumps(row) + "\n" for row in rows[:episodes]))
+        self.write_metrics(rows[:episodes])

@@ -1,0 +1,126 @@
+"""curionav train: an agent learns from stored episodes, without living; its run folder is that of a life without one.
+
+loop.iterations are all iterations together. A save follows every hundredth, the K of the paper (Table 1), as one
+follows every episode of a life.
+"""
+
+from __future__ import annotations
+
+import shlex
+from contextlib import closing
+from pathlib import Path
+from typing import Any
+
+from curionav_cli import build
+from curionav_cli.agents.agent import Agent
+from curionav_cli.commands import summary as end
+from curionav_cli.commands.launch import Request, launch
+from curionav_cli.commands.lifecycle import fixed_settings, rooted, see_through
+from curionav_cli.commands.progress import Studying, line
+from curionav_cli.commands.recorder import Study
+from curionav_cli.config.job import Outcome
+from curionav_cli.config.schema import Config
+from curionav_cli.config.settings import settings_yaml
+from curionav_cli.errors import ConfigError, RunFolderError
+from curionav_cli.loop import train as learn
+from curionav_cli.records import read_json
+from curionav_cli.storage import episodes
+from curionav_cli.storage.replay import Replay
+from curionav_cli.storage.run_folder import RunFolder
+
+EVERY = 100  # iterations between two saves
+
+
+def run(request: Request) -> int:
+    """The command: its exit code."""
+    return launch(request, work, summary, check)
+
+
+def train(settings: Config, folder: Path) -> RunFolder:
+    """Train in `folder` to the end; a folder that holds the beginning is continued.
+
+    Raises UserError before anything is written, RunFailed where the run cannot go on.
+    """
+    return see_through("train", Training(rooted(settings), folder))
+
+
+class Training:
+    """Learning from what stands in `data` when it begins (lifecycle.Undertaking); episodes that come later do not."""
+
+    unit = "iteration"
+
+    def __init__(self, settings: Config, folder: Path):
+        self.settings, self.run, self.total = settings, RunFolder(folder), settings.loop.iterations
+        self.data, self.world = Path(settings.data or ""), build.scene(settings)
+        begun = read_json(folder / "fixed.json") if self.run.config.is_file() else {}
+        names = list(begun.get("episodes", ())) or episodes.names(self.data)
+        self.fixed = fixed_settings(settings, self.world.plan)
+        self.fixed["episodes"] = episodes.checksums(self.data, names)
+
+    def agent(self) -> Agent:
+        return build.agent(self.settings, self.world)
+
+    def create(self, about: dict[str, Any]) -> None:
+        self.run.create(settings_yaml(self.settings), self.fixed, about, plan=None)
+
+    def rewind(self, done: int) -> None:
+        rows = [row for row in self.run.metrics() if row["iterations"] <= done]
+        if done and (not rows or rows[-1]["iterations"] != done):
+            raise RunFolderError(f"{self.run.metrics_file} does not reach iteration {done}, so the run cannot go on. "
+                                 "Restore it from a copy.")
+        self.run.write_metrics(rows)
+
+    def work(self, agent: Agent, first: int) -> None:
+        """From iteration `first` to the last."""
+        run, label = self.run, f"{self.settings.agent.name} seed {self.settings.seed}"
+        stored, memory = [self.data / name for name in self.fixed["episodes"]], self.settings.loop.replay_memory * 1e9
+        with closing(Replay.open(stored, memory=memory, folder=run.path)) as replay, \
+                closing(line(label, first, self.total)) as shown:
+            study = Study(run, agent, replay, self.fixed, Studying(shown))
+            run.set_status(state="running", error=None, iteration=first, iterations=self.total, **study.usage())
+            learn(agent, replay, iterations=self.total, every=EVERY, watch=study, first=first)
+
+
+def work(settings: Config, folder: Path) -> dict[str, Any]:
+    """One job, as the launchers call it."""
+    train(settings, folder)
+    return {}
+
+
+def check(settings: Config) -> None:
+    """What the schema cannot see: episodes that an agent can learn from. Raises UserError."""
+    if not settings.data:
+        raise ConfigError("train needs data, the folder of a run, of a sweep, or of episodes: "
+                          "curionav train data=outputs/DATE/RUN")
+    if not settings.loop.iterations:
+        raise ConfigError("loop.iterations=0 trains nothing.")
+    build.check(settings)
+    data = Path(settings.data).expanduser()
+    names = episodes.names(data)
+    lived_in = episodes.environments(data)
+    if lived_in and settings.env.name not in lived_in:
+        raise ConfigError(f"data: {data} was lived in {lived_in[0]}, not in {settings.env.name}. "
+                          f"Add env={lived_in[0]}.")
+    if not build.agent(settings, build.scene(settings)).learns:
+        raise ConfigError(f"agent={settings.agent.name} does not learn, so there is nothing to train. "
+                          "agent=lbs_dreamer does.")
+    length, steps = getattr(settings.agent, "sequence_length", 0), episodes.longest(data, names)
+    if length > steps + 1:
+        raise ConfigError(f"agent.sequence_length={length} does not fit into the longest episode of {data}, "
+                          f"{steps} steps. Set agent.sequence_length={steps + 1} or less.")
+
+
+def summary(folder: Path, outcomes: list[Outcome]) -> None:
+    """The last lines of a training or a sweep of them, also of one that was interrupted."""
+    runs = [RunFolder(folder)] if (folder / "config.yaml").is_file() else RunFolder.inside(folder)
+    console = end.a_console()
+    for one in runs:
+        status = one.status
+        used = status.get("replay", {})
+        console.print(f"{one.path.name}: {status.get('state')}, iteration {status.get('iteration')} of "
+                      f"{status.get('iterations')}, {used.get('episodes')} episodes, {used.get('steps')} steps",
+                      soft_wrap=True, highlight=False, markup=False)
+        end.print_files(console, one.path, ("metrics.jsonl", "checkpoint"))
+    if runs:
+        on = f"curionav resume {shlex.quote(str(folder))}"
+        end.print_next(console, [f"{on} loop.iterations=...   (the same training, longer)"])
