@@ -1,6 +1,6 @@
 """curionav train: an agent learns from stored episodes, without living; its run folder is that of a life without one.
 
-loop.iterations are all iterations together. A save follows every hundredth, the K of the paper (Table 1), as one
+loop.iterations are all iterations together. A save follows every hundredth, the K of the paper, as one
 follows every episode of a life.
 """
 

@@ -57,7 +57,14 @@ class Replay:
     @classmethod
     def open(cls, paths: Iterable[Path], *, memory: float = math.inf, folder: Path | None = None) -> Replay:
         """The episodes in these files, in this order. Raises RunFolderError where one is broken."""
-        return cls((Episode.load(path) for path in paths), memory=memory, folder=folder)
+        replay = cls(memory=memory, folder=folder)
+        try:
+            for path in paths:
+                replay.add(Episode.load(path))
+        except BaseException:
+            replay.close()
+            raise
+        return replay
 
     def add(self, episode: Episode) -> None:
         """One more episode to draw from. Raises OSError where the disk is full."""

@@ -17,6 +17,7 @@ from entry import Cli
 from tiny import LEARNER
 
 from curionav_cli import build
+from curionav_cli.app import main
 from curionav_cli.commands import train
 from curionav_cli.config.settings import read_settings
 from curionav_cli.records import Episode
@@ -53,8 +54,7 @@ app.main()
 def lived(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A run of three episodes of 12 steps in the small room."""
     run = tmp_path_factory.mktemp("lived") / "run"
-    words = ("explore", "agent=random", "loop.steps=12", "loop.episodes=3", f"hydra.run.dir={run}")
-    assert curionav(*words).returncode == 0
+    assert here("explore", "agent=random", "loop.steps=12", "loop.episodes=3", f"hydra.run.dir={run}") == 0
     return run
 
 
@@ -63,10 +63,11 @@ def often(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(train, "EVERY", 3)
 
 
-def curionav(*words: str, killed_at: str | None = None) -> subprocess.CompletedProcess[str]:
-    program = ("-c", KILLED, killed_at or "never")
-    environment = {**os.environ, "OMP_NUM_THREADS": "1", "NO_COLOR": "1"}
-    return subprocess.run([sys.executable, *program, *words], capture_output=True, text=True, env=environment)
+def here(*words: str) -> int | str | None:
+    """The exit code."""
+    with pytest.raises(SystemExit) as stop:
+        main(list(words))
+    return stop.value.code
 
 
 def rows(run: Path) -> list[dict]:
@@ -136,8 +137,9 @@ def test_a_run_a_sweep_and_a_folder_of_episodes_serve(cli: Cli, lived: Path, tmp
 @pytest.fixture(scope="module")
 def undisturbed(tmp_path_factory: pytest.TempPathFactory, lived: Path) -> dict:
     run = tmp_path_factory.mktemp("undisturbed") / "run"
-    done = curionav("train", *TINY, f"data={lived}", "loop.iterations=9", f"hydra.run.dir={run}")
-    assert done.returncode == 0, done.stderr
+    with pytest.MonkeyPatch.context() as patched:
+        patched.setattr(train, "EVERY", 3)
+        assert here("train", *TINY, f"data={lived}", "loop.iterations=9", f"hydra.run.dir={run}") == 0
     return leftovers(run)
 
 
@@ -145,17 +147,19 @@ def undisturbed(tmp_path_factory: pytest.TempPathFactory, lived: Path) -> dict:
     "training", "saving", pytest.param("beginning", marks=pytest.mark.slow),
     pytest.param("between", marks=pytest.mark.slow)])
 def test_a_killed_training_ends_as_an_undisturbed_one(
-        tmp_path: Path, lived: Path, undisturbed: dict, moment: str) -> None:
+        cli: Cli, tmp_path: Path, lived: Path, undisturbed: dict, often: None, moment: str) -> None:
     """Also where the data has grown meanwhile, moved, and stands on the disk."""
     data, run = tmp_path / "data", tmp_path / "run"
     shutil.copytree(lived, data)
     words = ("train", *TINY, f"data={data}", "loop.iterations=9", "loop.replay_memory=0", f"hydra.run.dir={run}")
-    killed = curionav(*words, killed_at=moment)
+    environment = {**os.environ, "OMP_NUM_THREADS": "1", "NO_COLOR": "1"}
+    killed = subprocess.run([sys.executable, "-c", KILLED, moment, *words], capture_output=True, text=True,
+                            env=environment)
     assert killed.returncode == -signal.SIGKILL, killed.stderr
     shutil.copy(data / "episodes" / "000000.npz", data / "episodes" / "000003.npz")
     data.rename(tmp_path / "moved")
-    resumed = curionav("resume", str(run), f"data={tmp_path / 'moved'}", "loop.replay_memory=1")
-    assert resumed.returncode == 0, resumed.stderr
+    resumed = cli("resume", str(run), f"data={tmp_path / 'moved'}", "loop.replay_memory=1")
+    assert resumed.code == 0, resumed.error
     ours = leftovers(run)
     assert [name for name in ours.keys() | undisturbed.keys() if ours.get(name) != undisturbed.get(name)] == []
 
