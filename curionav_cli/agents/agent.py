@@ -29,9 +29,11 @@ class Agent(ABC):
     """An agent without memory and without learning; the others override what they need.
 
     learns: whether `learn` does anything (the loop keeps no replay in memory otherwise).
+    on_policy: it learns from what it has just lived and from nothing else, so not from stored episodes.
     """
 
     learns = False
+    on_policy = False
     device: Any = "cpu"  # where it computes
 
     def __init__(self, seed: int):

@@ -101,9 +101,11 @@ def check(settings: Config) -> None:
     if lived_in and settings.env.name not in lived_in:
         raise ConfigError(f"data: {data} was lived in {lived_in[0]}, not in {settings.env.name}. "
                           f"Add env={lived_in[0]}.")
-    if not build.agent(settings, build.scene(settings)).learns:
-        raise ConfigError(f"agent={settings.agent.name} does not learn, so there is nothing to train. "
-                          "agent=lbs_dreamer does.")
+    agent = build.agent(settings, build.scene(settings))
+    if not agent.learns or agent.on_policy:
+        why = "learns only from what it has just lived" if agent.learns else "does not learn"
+        raise ConfigError(f"agent={settings.agent.name} {why}, so stored episodes cannot train it. "
+                          "They can train agent=lbs_dreamer.")
     length, steps = getattr(settings.agent, "sequence_length", 0), episodes.longest(data, names)
     if length > steps + 1:
         raise ConfigError(f"agent.sequence_length={length} does not fit into the longest episode of {data}, "

@@ -242,8 +242,10 @@ def test_what_cannot_be_trained_from_is_told_in_one_line(
 
 
 def test_who_does_not_learn_is_not_trained_and_who_explores_needs_no_data(cli: Cli, lived: Path) -> None:
-    answer = cli("train", "agent=random", f"data={lived}")
-    assert answer.code == 2 and answer.error.startswith("agent=random does not learn")
+    for agent, said in (("random", "does not learn,"), ("cbet", "learns only from what it has just lived,")):
+        answer = cli("train", f"agent={agent}", f"data={lived}")
+        assert answer.code == 2 and answer.error.startswith(f"agent={agent} {said}")
+        assert len(answer.error.splitlines()) == 1
     answer = cli("explore", "agent=random", f"data={lived}")
     assert answer.code == 2 and answer.error.startswith("data=... is what curionav train learns from")
 

@@ -41,6 +41,7 @@ class CBET(Agent):
     """
 
     learns = True
+    on_policy = True
 
     def __init__(self, hyper: agent_schema.CBET, seed: int, device: str, world: Scene, engine: str):
         super().__init__(seed)
