@@ -38,7 +38,9 @@ class SheepRL(Torch):
         from sheeprl.algos.dreamer_v2 import agent, dreamer_v2, utils
 
         cfg = sheeprl_settings(job)
-        self.torch.set_float32_matmul_precision(cfg.float32_matmul_precision)
+        self.torch.set_float32_matmul_precision(cfg.float32_matmul_precision)  # these three as its command line does
+        self.torch.backends.cudnn.benchmark = cfg.torch_backends_cudnn_benchmark
+        self.torch.distributions.Distribution.set_default_validate_args(cfg.distribution.validate_args)
         fabric = Fabric(accelerator=job["device"], devices=1,
                         precision=LIGHTNING[job["precision"]])
         fabric.launch()
