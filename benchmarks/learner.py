@@ -214,12 +214,15 @@ def section(scale: str, device: str, repeats: int, only: str, peers: Path) -> st
 
 
 def place(device: str) -> str:
-    """The machine, and its GPU where that is what is measured."""
-    if device == CPU:
-        return machine()
-    import torch
+    """The machine, its GPU where that is what is measured, and the version of ours."""
+    from curionav_cli.storage.provenance import commit
 
-    return f"{torch.cuda.get_device_name()}, {machine()}"
+    made, where = commit(), machine()
+    if device == CUDA:
+        import torch
+
+        where = f"{torch.cuda.get_device_name()}, {where}"
+    return f"{where}; commit {(made['git_commit'] or 'unknown')[:8]}{' and changes' if made['git_changed'] else ''}"
 
 
 def main() -> None:
