@@ -89,7 +89,8 @@ def table(scales: list[str], repeats: int) -> str:
             hours = whole * PROTOCOL[scale] / 3.6e6
             lines.append(f"| {scale} | {engine} | {pieces} | {whole:.2f} | {found['acting'] + found['learning']:.2f}, "
                          f"{DESCRIBED[scale]} | {hours:.1f} for {PROTOCOL[scale]:,} |")
-    return f"{machine()}; torch {torch.__version__}; median of {repeats} repeats of {STEPS} steps.\n\n" + "\n".join(lines)
+    about = f"{machine()}; torch {torch.__version__}; median of {repeats} repeats of {STEPS} steps."
+    return f"{about}\n\n" + "\n".join(lines)
 
 
 def main() -> None:

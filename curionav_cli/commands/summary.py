@@ -15,7 +15,7 @@ from rich.table import Table
 from curionav_cli.errors import UserError
 from curionav_cli.records import write_whole
 from curionav_cli.results import plots, tables
-from curionav_cli.results.runs import Run
+from curionav_cli.results.runs import Run, tell_apart
 
 SHOWN = ("agent", "seed", "coverage", "visited", "cells", "steps", "area", "to 50 %", "to 80 %", "forward", "left",
          "right", "cancelled", "state", "env", "learning")  # the most telling first: a narrow terminal shows fewer
@@ -65,6 +65,9 @@ def show_sweep(root: Path, folders: Sequence[Path], console: Console) -> None:
                 runs.append(run)
         except UserError as error:
             rows.append(failed_row(folder, error))
+    tell_apart(runs)
+    names = {str(run.folder.path): run.agent for run in runs}
+    rows = [{**row, "agent": names.get(row["folder"], row["agent"])} for row in rows]
     made = draw(root, runs)
     write_text(root / "table.md", tables.markdown(rows))
     write_text(root / "results.csv", tables.comma_separated(rows))

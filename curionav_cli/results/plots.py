@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from functools import partial
+from itertools import cycle
 from pathlib import Path
+from typing import Any
 
 import matplotlib
 import numpy as np
@@ -17,13 +19,16 @@ from curionav_cli.records import FloorPlan, write_whole
 from curionav_cli.results.coverage import Coverage
 from curionav_cli.results.runs import Run
 
+Look = tuple[str, Any]
 # One look for each agent, everywhere; the dashes tell them apart in greyscale.
-STYLES = {
+STYLES: dict[str, Look] = {
     "lbs_dreamer": ("#0b5fa5", "-"), "random": ("#8a8a8a", ":"), "sticky": ("#b7791f", "-."),
     "bounce": ("#c2410c", "--"), "frontier": ("#15803d", (0, (1, 1))),
     "cbet": ("#be185d", (0, (5, 1))), "cbet_lifelong": ("#7f1d1d", (0, (3, 1, 1, 1, 1, 1))),
 }
-OTHER = ("#6d28d9", (0, (5, 1, 1, 1)))
+OTHERS: tuple[Look, ...] = (  # agents of other names, and variants of one agent, in their order
+    ("#6d28d9", (0, (5, 1, 1, 1))), ("#0e7490", "-"), ("#be185d", "--"), ("#4d7c0f", "-."), ("#92400e", ":"),
+)
 SOLID = "#4b5563"
 VISITS = ListedColormap(matplotlib.colormaps["inferno_r"](np.linspace(0.15, 1, 256)))  # visible on white
 DRAWN = 140  # about so many squares along the longer side of a building
@@ -123,13 +128,20 @@ def draw_plan(axes: Axes, plan: FloorPlan, extent: tuple[float, float, float, fl
     axes.set_ylim(max(0, low[0]), min(extent[3], high[0]))
 
 
+def styles(runs: Sequence[Run]) -> dict[str, Look]:
+    """Colour and dashes of every agent among these runs."""
+    others = cycle(OTHERS)
+    return {agent: STYLES.get(agent) or next(others) for agent in dict.fromkeys(run.agent for run in runs)}
+
+
 def curves(runs: Sequence[Run], title: str) -> Figure:
     """Visited cells (left) and their share (right) over steps, the number of cells as a dotted line."""
     figure = Figure((6.4, 3.8), layout="constrained")
     axes = figure.add_subplot()
+    looks = styles(runs)
     named: set[str] = set()
     for run in runs:
-        colour, dashes = STYLES.get(run.agent, OTHER)
+        colour, dashes = looks[run.agent]
         steps = np.unique(np.concatenate([run.curve.found, np.linspace(0, run.curve.steps, 400).astype(int)]))
         axes.plot(steps, run.curve.at(steps), color=colour, linestyle=dashes, linewidth=1.6,
                   label=None if run.agent in named else run.agent)

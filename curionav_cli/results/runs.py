@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -12,6 +13,7 @@ from curionav_cli.records import FloorPlan, read_arrays
 from curionav_cli.results.coverage import Coverage, Curve, cover
 from curionav_cli.storage.run_folder import RunFolder
 
+TOLD = 3  # settings at most
 ACTIONS = ("forward", "left", "right")
 
 
@@ -22,6 +24,7 @@ class Run:
     folder: RunFolder
     rule: str = "landing"
     denominator: str = "visitable"
+    variant: str = ""
 
     @classmethod
     def open(cls, path: Path) -> Run:
@@ -43,7 +46,8 @@ class Run:
 
     @property
     def agent(self) -> str:
-        return self.config["agent"]["name"]
+        """Its name, and what `tell_apart` found to be its own among runs of one agent."""
+        return self.config["agent"]["name"] + self.variant
 
     @property
     def seed(self) -> int:
@@ -87,6 +91,18 @@ class Run:
     def actions(self) -> list[int]:
         """Every action of the run, in order."""
         return [int(a) for path in self.folder.episode_paths() for a in read_arrays(path, ("action",))["action"]]
+
+
+def tell_apart(runs: Sequence[Run]) -> None:
+    """Runs of one agent with different settings of it get these into their name: 'cbet view=ego'."""
+    by_name: dict[str, list[Run]] = {}
+    for run in runs:
+        by_name.setdefault(run.config["agent"]["name"], []).append(run)
+    for same in by_name.values():
+        settings = [run.config["agent"] for run in same]
+        own = [key for key in settings[0] if any(other.get(key) != settings[0][key] for other in settings)]
+        for run in same:
+            run.variant = "".join(f" {key}={run.config['agent'].get(key)}" for key in own[:TOLD])
 
 
 def weighted(metrics: list[dict[str, Any]], key: str) -> float | None:
