@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+import math
+
 import torch
 from torch import Tensor
+
+from curionav_cli.errors import RunFailed
 
 
 class Meter:
@@ -28,3 +32,12 @@ class Meter:
             return {}
         means = torch.stack([self.sums[name].double() / self.counts[name] for name in self.sums])
         return dict(zip(self.sums, means.tolist(), strict=True))
+
+
+def finite(metrics: dict[str, float], updates: int, rate: str) -> dict[str, float]:
+    """The same. Raises RunFailed where one is not finite, and names the setting `rate`; the last save is a good one."""
+    broken = [name for name, value in metrics.items() if not math.isfinite(value)]
+    if broken:
+        raise RunFailed(f"training diverged: {', '.join(broken)} not finite after {updates} updates. "
+                        f"The last checkpoint is unharmed; a lower {rate} usually helps.")
+    return metrics

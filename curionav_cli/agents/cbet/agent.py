@@ -26,7 +26,7 @@ from curionav_cli.agents.cbet.rewards import REWARDS
 from curionav_cli.agents.cbet.rewards.reward import Kit
 from curionav_cli.agents.cbet.unrolls import Acted, Unroll, cut, together
 from curionav_cli.agents.device import repeatable, resolve_device
-from curionav_cli.agents.meter import Meter
+from curionav_cli.agents.meter import Meter, finite
 from curionav_cli.config import agent_schema
 from curionav_cli.errors import RunFailed
 from curionav_cli.records import Episode
@@ -93,7 +93,8 @@ class CBET(Agent):
             del self.waiting[:self.hyper.batch_size]
             meter.add(self.learner.update(batch))
             tick(done := done + 1)
-        return {**finite(meter.read()), **watch, **self.account(life)}
+        learned = finite(meter.read(), self.learner.updates, "agent.lr")
+        return {**learned, **watch, **self.account(life)}
 
     def account(self, life: Life) -> dict[str, float]:
         """What it did and what it cost: updates and the frames they read, both since the run began."""
@@ -129,12 +130,3 @@ def softmax(logits: np.ndarray) -> np.ndarray:
     """(A,) float32 -> probabilities, float64."""
     weights = np.exp(logits.astype(np.float64) - logits.max())
     return weights / weights.sum()
-
-
-def finite(metrics: dict[str, float]) -> dict[str, float]:
-    """The same. Raises RunFailed where one is not finite; the last save is then still a good one."""
-    broken = [name for name, value in metrics.items() if not math.isfinite(value)]
-    if broken:
-        raise RunFailed(f"training diverged: {', '.join(broken)} not finite. The last checkpoint is unharmed; "
-                        "a lower agent.lr usually helps.")
-    return metrics

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -22,9 +21,9 @@ from curionav_cli.agents.lbs_dreamer.learner import Learner, build_networks
 from curionav_cli.agents.lbs_dreamer.memory import keep_freed_memory
 from curionav_cli.agents.lbs_dreamer.rssm import State
 from curionav_cli.agents.lbs_dreamer.world_model import Sequences
-from curionav_cli.agents.meter import Meter
+from curionav_cli.agents.meter import Meter, finite
 from curionav_cli.config import agent_schema
-from curionav_cli.errors import ConfigError, RunFailed
+from curionav_cli.errors import ConfigError
 from curionav_cli.records import Episode, FloorPlan, Foresight
 from curionav_cli.storage.replay import NO_ACTION, Replay
 
@@ -92,7 +91,7 @@ class LBSDreamer(Agent):
         return foresee(self.learner.networks.world_model, episode, rng, self.device)
 
     def learn(self, replay: Replay, iterations: int, tick: Callable[[int], None]) -> dict[str, float]:
-        """K updates; the means of their scalars.
+        """K updates; the means of their scalars, and what was done since the run began.
 
         Raises ConfigError where no episode is as long as a training sequence, RunFailed where a loss
         or a gradient is not finite (the last save is then still a good one).
@@ -103,13 +102,10 @@ class LBSDreamer(Agent):
         for iteration, data in enumerate(self._batches(replay, iterations)):
             meter.add(self.learner.update(data))
             tick(iteration + 1)
-        metrics = meter.read()
-        broken = [name for name, value in metrics.items() if not math.isfinite(value)]
-        if broken:
-            raise RunFailed(
-                f"training diverged: {', '.join(broken)} not finite after {self.learner.updates} updates. "
-                "The last checkpoint is unharmed; a lower agent.model_lr usually helps.")
-        return metrics
+        metrics = finite(meter.read(), self.learner.updates, "agent.model_lr")
+        updates, frames = float(self.learner.updates), self.hyper.batch_size * self.hyper.sequence_length
+        done = {"updates": updates, "frames_replayed": updates * frames}
+        return {**metrics, **done} if iterations else {}
 
     def save(self, folder: Path) -> None:
         super().save(folder)

@@ -44,6 +44,7 @@ def test_it_acts_and_learns(agent, replay):
     made, store, done = agent(), replay(), []
     metrics = made.learn(store, 4, done.append)
     assert done == [1, 2, 3, 4]
+    assert (metrics["updates"], metrics["frames_replayed"]) == (4, 4 * 3 * 8)
     assert {"model_loss", "image_loss", "kl", "curiosity_target", "curiosity_reward", "actor_entropy", "critic_value",
             "model_norm", "curiosity_norm", "actor_norm", "critic_norm"} <= metrics.keys()
     assert all(type(value) is float and np.isfinite(value) for value in metrics.values())
