@@ -16,6 +16,7 @@ import torch.nn.functional as F
 from torch import Tensor, nn
 
 from curionav_cli.agents.lbs_dreamer import latent
+from curionav_cli.agents.lbs_dreamer.scan import Weights, scan
 
 
 class State(NamedTuple):
@@ -55,7 +56,7 @@ def gru(x: Tensor, deter: Tensor, dense: nn.Linear, norm: nn.LayerNorm) -> Tenso
     The reset gate acts on the candidate, not on the state, and the update gate is biased by -1.
     x (B, U), deter (B, D) -> (B, D)
     """
-    gates = dense(torch.cat([x, deter.to(x.dtype)], -1)).float()
+    gates = dense(torch.cat([x, deter.to(x.dtype)], -1)).to(deter.dtype)
     gates = F.layer_norm(gates, norm.normalized_shape, norm.weight, norm.bias, norm.eps)
     reset, candidate, update = gates.chunk(3, -1)
     candidate = torch.tanh(torch.sigmoid(reset) * candidate)
@@ -89,7 +90,7 @@ class RSSM(nn.Module):
     def action_input(self, action: Tensor) -> Tensor:
         """The action's share of the recurrence's first layer: (...) int -> (..., U)."""
         weight = self.img_in.weight[:, self.stoch:]
-        return F.linear(one_hot_action(action, self.actions), weight, self.img_in.bias)
+        return F.linear(one_hot_action(action, self.actions).to(weight.dtype), weight, self.img_in.bias)
 
     def embed_input(self, embed: Tensor) -> Tensor:
         """The observation's share of the posterior's first layer: (..., E) -> (..., U)."""
@@ -124,14 +125,15 @@ class RSSM(nn.Module):
     def observe(self, state: State, embed: Tensor, action: Tensor, noise: Tensor) -> Observed:
         """Filter T steps. embed (T, B, E), action (T, B) int, noise (T, B, S) uniform in [0, 1).
 
-        What does not depend on the state is computed for all steps at once, outside the scan.
+        What does not depend on the state is computed for all steps at once, outside the scan (scan.py).
         """
         assert embed.shape[:2] == action.shape == noise.shape[:2], (embed.shape, action.shape, noise.shape)
-        inputs = zip(self.action_input(action).unbind(), self.embed_input(embed).unbind(), noise, strict=True)
-        states, posterior = [], []
-        for action_input, embed_input, step_noise in inputs:
-            state, logits = self.filter(state, action_input, embed_input, step_noise)
-            states.append(state)
-            posterior.append(logits)
-        deter, stoch = (torch.stack(parts) for parts in zip(*states, strict=True))
-        return Observed(State(deter, stoch), torch.stack(posterior), self.prior(deter))
+        deter, stoch, posterior = scan(*state, self.action_input(action), self.embed_input(embed), noise,
+                                       self.scan_weights(), self.gru_norm.eps)
+        return Observed(State(deter, stoch), posterior, self.prior(deter))
+
+    def scan_weights(self) -> Weights:
+        """Of one step of filtering; the first layers without the columns whose share is computed outside."""
+        return Weights(self.img_in.weight[:, :self.stoch], self.gru.weight, self.gru.bias,
+                       self.gru_norm.weight, self.gru_norm.bias, self.obs_out.weight[:, :self.deter],
+                       self.obs_dist.weight, self.obs_dist.bias)
