@@ -38,11 +38,11 @@ def check(settings: Config) -> None:
     if settings.env.engine.value == "numba" and find_spec("numba") is None:
         raise ConfigError("env.engine=numba needs numba, which is not installed. "
                           "Set env.engine=numpy, or: .venv/bin/pip install -c constraints.txt -e '.[fast]'")
-    if settings.device is Device.cuda or settings.compile is Compile.graph:
+    if settings.device is Device.cuda or settings.compile in (Compile.graph, Compile.fused):
         from curionav_cli.agents.device import resolve_device
-        from curionav_cli.agents.lbs_dreamer.device import recorder
+        from curionav_cli.agents.lbs_dreamer.device import way
 
-        recorder(settings.compile.value, resolve_device(settings.device.value))
+        way(settings.compile.value, resolve_device(settings.device.value))
 
 
 def check_lengths(settings: Config) -> None:

@@ -22,11 +22,13 @@ class Device(Enum):
 
 
 class Compile(Enum):
-    """How updates run on a CUDA device: graph, as CUDA graphs; none, kernel by kernel; auto is graph there."""
+    """How updates run on a CUDA device: none, kernel by kernel; graph, as CUDA graphs; fused, as graphs of fewer
+    kernels, which torch.compile makes. auto is fused there, or graph where a compiler is missing."""
 
     auto = "auto"
     none = "none"
     graph = "graph"
+    fused = "fused"
 
 
 class Scale(Enum):

@@ -37,7 +37,7 @@ TYPED = {
     "explore -m agent = random,bo": ["random,bounce"],
     "explore agent = sticky agent.re": ["agent.repeat="],
     "explore device =": ["auto", "cpu", "cuda"],
-    "explore compile =": ["auto", "none", "graph"],
+    "explore compile =": ["auto", "none", "graph", "fused"],
     "explore env.collision = s": ["stop", "slide"],
     "explore loop.ste": ["loop.steps="],
     "explore --mul": ["--multirun"],

@@ -37,7 +37,7 @@ TYPED = {
     "hydra.run.foo=3": ["The settings have no key hydra.run.foo."],
     "scale=huge": ["There is no huge in the group scale.", "scale has: cpu, paper."],
     "device=gpu": ["device: 'gpu' is not one of auto, cpu, cuda."],
-    "compile=yes": ["compile: 'yes' is not one of auto, none, graph."],
+    "compile=yes": ["compile: 'yes' is not one of auto, none, graph, fused."],
     "device=cpu compile=graph": ["compile=graph needs a CUDA device, and this run computes on the CPU."],
     "loop=3": ["loop holds several settings: loop.steps, loop.iterations, loop.episodes, loop.replay_memory."],
     "loop.stps=3": ["The settings have no key loop.stps. Did you mean loop.steps?"],

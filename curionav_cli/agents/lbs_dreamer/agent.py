@@ -14,7 +14,7 @@ from curionav_cli.agents.agent import Agent
 from curionav_cli.agents.device import repeatable, resolve_device
 from curionav_cli.agents.lbs_dreamer.checkpoint import load_learner, save_learner
 from curionav_cli.agents.lbs_dreamer.curiosity.count import Visits
-from curionav_cli.agents.lbs_dreamer.device import recorder
+from curionav_cli.agents.lbs_dreamer.device import fuse, recorder, way
 from curionav_cli.agents.lbs_dreamer.device_replay import DeviceReplay, room_on
 from curionav_cli.agents.lbs_dreamer.foresight import foresee
 from curionav_cli.agents.lbs_dreamer.learner import Learner, build_networks
@@ -55,9 +55,12 @@ class LBSDreamer(Agent):
         keep_freed_memory()
         self.hyper, self.seed, self.device = hyper, seed, resolve_device(device)
         repeatable(self.device)
-        record = recorder(compile, self.device)
+        how = way(compile, self.device)
+        record = recorder(how, self.device)
         weights, other = (int(n) for n in self.rng.integers(2**62, size=2))
         networks = build_networks(hyper, torch.Generator().manual_seed(weights), self.device)
+        if how == "fused":
+            fuse(networks.world_model.rssm)
         self.visits = Visits(plan) if hyper.curiosity is agent_schema.Curiosity.count else None
         self.learner = Learner(hyper, networks, torch.Generator(self.device).manual_seed(other), record)
         self.filter = record(self._filter, [])

@@ -54,7 +54,7 @@ class Recorded:
                 self.run = self.capture(partial(self.function, *self.inputs), self.state)
             except RuntimeError as error:
                 raise RunFailed(f"It could not be recorded as a CUDA graph: {str(error).splitlines()[0]} "
-                                "Set compile=none, which does without.") from error
+                                "compile=graph does without torch.compile, compile=none without graphs.") from error
         repeat, outputs = self.run
         repeat()
         return outputs

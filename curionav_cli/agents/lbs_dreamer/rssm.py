@@ -16,7 +16,7 @@ import torch.nn.functional as F
 from torch import Tensor, nn
 
 from curionav_cli.agents.lbs_dreamer import latent
-from curionav_cli.agents.lbs_dreamer.scan import Weights, scan
+from curionav_cli.agents.lbs_dreamer.scan import Steps, Weights, scan
 
 
 class State(NamedTuple):
@@ -70,6 +70,7 @@ class RSSM(nn.Module):
         super().__init__()
         self.actions, self.deter, self.latents, self.classes = actions, deter, latents, classes
         self.stoch = latents * classes
+        self.steps = Steps()
         self.img_in = nn.Linear(self.stoch + actions, hidden)
         self.gru = nn.Linear(hidden + deter, 3 * deter)
         self.gru_norm = nn.LayerNorm(3 * deter, eps=1e-3)
@@ -129,7 +130,7 @@ class RSSM(nn.Module):
         """
         assert embed.shape[:2] == action.shape == noise.shape[:2], (embed.shape, action.shape, noise.shape)
         deter, stoch, posterior = scan(*state, self.action_input(action), self.embed_input(embed), noise,
-                                       self.scan_weights(), self.gru_norm.eps)
+                                       self.scan_weights(), self.gru_norm.eps, self.steps)
         return Observed(State(deter, stoch), posterior, self.prior(deter))
 
     def scan_weights(self) -> Weights:

@@ -22,6 +22,7 @@ all T * B rows after the loop, where autograd makes T small ones, and no graph o
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import NamedTuple
 
 import torch
@@ -139,16 +140,24 @@ def weight_slopes(slope: Slope, kept: Step, before: Tensor, stoch: Tensor, weigh
     return Weights(*(x.to(w.dtype) for x, w in zip(found, weights, strict=True)))
 
 
+class Steps(NamedTuple):
+    """What a scan does at each step, each way; may be compiled."""
+
+    forward: Callable[..., Step] = forward_step
+    backward: Callable[..., tuple[Slope, Tensor, Tensor]] = backward_step
+
+
 class _Scan(torch.autograd.Function):
     @staticmethod
-    def forward(ctx, epsilon, deter, stoch, action, embed, noise, *weights):
+    def forward(ctx, do, epsilon, deter, stoch, action, embed, noise, *weights):
         cast, steps = Weights(*weights).cast(embed), []
         state = deter, stoch
         for inputs in zip(action, embed, noise, strict=True):
-            steps.append(forward_step(*state, *inputs, cast, epsilon))
+            steps.append(do.forward(*state, *inputs, cast, epsilon))
             state = steps[-1].deter, steps[-1].stoch
         kept = Step(*(torch.stack(tensors) for tensors in zip(*steps, strict=True)))
         ctx.save_for_backward(deter, stoch, *weights, *kept)
+        ctx.do = do
         return kept.deter, kept.stoch, kept.logits
 
     @staticmethod
@@ -159,20 +168,20 @@ class _Scan(torch.autograd.Function):
         before = torch.cat([deter[None], kept.deter[:-1]])
         early_deter, early_stoch, slopes = torch.zeros_like(deter), torch.zeros_like(stoch), []
         for t in reversed(range(len(before))):
-            slope, early_deter, early_stoch = backward_step(
+            slope, early_deter, early_stoch = ctx.do.backward(
                 Step(*(x[t] for x in kept)), before[t], to_deter[t] + early_deter, to_stoch[t] + early_stoch,
                 to_logits[t], cast)
             slopes.append(slope)
         slope = Slope(*(torch.stack(x[::-1]) for x in zip(*slopes, strict=True)))
         found = weight_slopes(slope, kept, before, torch.cat([stoch[None], kept.stoch[:-1]]), weights)
-        return None, early_deter, early_stoch, slope.p, slope.q, None, *found
+        return None, None, early_deter, early_stoch, slope.p, slope.q, None, *found
 
 
-def scan(deter: Tensor, stoch: Tensor, action: Tensor, embed: Tensor, noise: Tensor, weights: Weights, epsilon: float
-         ) -> tuple[Tensor, Tensor, Tensor]:
+def scan(deter: Tensor, stoch: Tensor, action: Tensor, embed: Tensor, noise: Tensor, weights: Weights, epsilon: float,
+         do: Steps) -> tuple[Tensor, Tensor, Tensor]:
     """h (T, B, D), z (T, B, S * C) and l (T, B, S, C) of T steps that see observations.
 
     From the state before, h (B, D) and z (B, S * C), the inputs a and e (T, B, U) and uniform noise (T, B, S).
     epsilon: the LayerNorm's. Products are made in the type of e, all else in that of h.
     """
-    return _Scan.apply(epsilon, deter, stoch, action, embed, noise, *weights)
+    return _Scan.apply(do, epsilon, deter, stoch, action, embed, noise, *weights)

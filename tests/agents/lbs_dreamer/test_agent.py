@@ -9,8 +9,9 @@ import numpy as np
 import pytest
 import torch
 
+from curionav_cli.agents.lbs_dreamer import device as device_module
 from curionav_cli.agents.lbs_dreamer.agent import LBSDreamer
-from curionav_cli.agents.lbs_dreamer.device import recorder
+from curionav_cli.agents.lbs_dreamer.device import recorder, way
 from curionav_cli.agents.lbs_dreamer.graphs import as_it_is, cuda_graph
 from curionav_cli.agents.lbs_dreamer.world_model import Sequences
 from curionav_cli.config import agent_schema
@@ -199,13 +200,18 @@ def test_a_wild_input_stays_finite(agent):
     assert all(torch.isfinite(value).all() for value in made.learner.update(data).values())
 
 
-def test_what_compile_means():
+def test_what_compile_means(monkeypatch):
     cpu, cuda = torch.device("cpu"), torch.device("cuda")
-    assert recorder("auto", cpu) is recorder("none", cpu) is recorder("none", cuda) is as_it_is
-    for compile in ("auto", "graph"):
+    assert way("auto", cpu) == way("none", cpu) == way("none", cuda) == "none"
+    for possible, chosen in ((True, "fused"), (False, "graph")):
+        monkeypatch.setattr(device_module, "can_fuse", lambda device, possible=possible: possible)
+        assert way("auto", cuda) == chosen
+    for compile in ("graph", "fused"):
+        assert way(compile, cuda) == compile
         assert recorder(compile, cuda).args == (cuda_graph, cuda)
-    with pytest.raises(ConfigError, match="compile=graph needs a CUDA device"):
-        recorder("graph", cpu)
+        with pytest.raises(ConfigError, match=f"compile={compile} needs a CUDA device"):
+            way(compile, cpu)
+    assert recorder("none", cuda) is as_it_is
 
 
 def test_bfloat16_is_what_the_setting_says_and_close_to_float32(agent, replay):

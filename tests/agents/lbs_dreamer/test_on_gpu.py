@@ -26,9 +26,10 @@ def learn(agent, replay, updates):
 
 
 @pytest.mark.parametrize("precision", ["float32", "bfloat16"])
-def test_graphs_learn_what_kernels_one_by_one_do(on_gpu, replay, precision):
+@pytest.mark.parametrize("compile", ["graph", "fused"])
+def test_graphs_learn_what_kernels_one_by_one_do(on_gpu, replay, compile, precision):
     """Losses within 2 %, weights within 5 % of the way they went, after 12 updates."""
-    agents = [on_gpu(compile, precision=precision) for compile in ("none", "graph")]
+    agents = [on_gpu(way, precision=precision) for way in ("none", compile)]
     start, store = weights(agents[0]), replay()
     eager, graph = (learn(agent, store, 12) for agent in agents)
     assert all(isinstance(run, Recorded) and run.run for run in agents[1].learner.run.values())
