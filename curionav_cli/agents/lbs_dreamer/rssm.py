@@ -16,7 +16,7 @@ import torch.nn.functional as F
 from torch import Tensor, nn
 
 from curionav_cli.agents.lbs_dreamer import latent
-from curionav_cli.agents.lbs_dreamer.scan import Steps, Weights, scan
+from curionav_cli.agents.lbs_dreamer.scan import PLAIN, Weights, scan
 
 
 class State(NamedTuple):
@@ -70,7 +70,7 @@ class RSSM(nn.Module):
         super().__init__()
         self.actions, self.deter, self.latents, self.classes = actions, deter, latents, classes
         self.stoch = latents * classes
-        self.steps = Steps()
+        self.steps = PLAIN
         self.img_in = nn.Linear(self.stoch + actions, hidden)
         self.gru = nn.Linear(hidden + deter, 3 * deter)
         self.gru_norm = nn.LayerNorm(3 * deter, eps=1e-3)
@@ -119,9 +119,9 @@ class RSSM(nn.Module):
         return State(deter, latent.sample(logits, noise).flatten(-2)), logits
 
     def imagine(self, state: State, action_input: Tensor, noise: Tensor) -> State:
-        """One step that does not: z_t is drawn from the dynamics."""
+        """One step that does not: z_t is drawn from the dynamics, and carries no gradient."""
         deter = self.recur(state, action_input)
-        return State(deter, latent.sample(self.prior(deter), noise).flatten(-2))
+        return State(deter, latent.draw(self.prior(deter), noise)[0].flatten(-2))
 
     def observe(self, state: State, embed: Tensor, action: Tensor, noise: Tensor) -> Observed:
         """Filter T steps. embed (T, B, E), action (T, B) int, noise (T, B, S) uniform in [0, 1).

@@ -147,9 +147,13 @@ class Steps(NamedTuple):
     backward: Callable[..., tuple[Slope, Tensor, Tensor]] = backward_step
 
 
+PLAIN = Steps()
+
+
 class _Scan(torch.autograd.Function):
     @staticmethod
-    def forward(ctx, do, epsilon, deter, stoch, action, embed, noise, *weights):
+    def forward(ctx, do, epsilon, *tensors):
+        deter, stoch, action, embed, noise, *weights = (tensor.detach() for tensor in tensors)
         cast, steps = Weights(*weights).cast(embed), []
         state = deter, stoch
         for inputs in zip(action, embed, noise, strict=True):
@@ -162,7 +166,7 @@ class _Scan(torch.autograd.Function):
 
     @staticmethod
     def backward(ctx, to_deter, to_stoch, to_logits):
-        deter, stoch, *rest = ctx.saved_tensors
+        deter, stoch, *rest = (tensor.detach() for tensor in ctx.saved_tensors)
         weights, kept = Weights(*rest[:8]), Step(*rest[8:])
         cast = weights.cast(kept.out)
         before = torch.cat([deter[None], kept.deter[:-1]])
@@ -178,7 +182,7 @@ class _Scan(torch.autograd.Function):
 
 
 def scan(deter: Tensor, stoch: Tensor, action: Tensor, embed: Tensor, noise: Tensor, weights: Weights, epsilon: float,
-         do: Steps) -> tuple[Tensor, Tensor, Tensor]:
+         do: Steps = PLAIN) -> tuple[Tensor, Tensor, Tensor]:
     """h (T, B, D), z (T, B, S * C) and l (T, B, S, C) of T steps that see observations.
 
     From the state before, h (B, D) and z (B, S * C), the inputs a and e (T, B, U) and uniform noise (T, B, S).

@@ -138,6 +138,7 @@ def test_fused_steps_learn_what_plain_ones_do(learner, data, precision, apart):
 
 
 @pytest.mark.slow
+@pytest.mark.filterwarnings("default")  # torch's compiler has some of its own
 def test_fused_by_the_compiler_itself(learner, data):
     plain, fused = learner(), learner()
     fuse(fused.networks.world_model.rssm)

@@ -8,7 +8,8 @@ from curionav_cli.agents.lbs_dreamer.agent import LBSDreamer
 from curionav_cli.agents.lbs_dreamer.device_replay import DeviceReplay
 from curionav_cli.agents.lbs_dreamer.graphs import Recorded
 
-pytestmark = [pytest.mark.gpu, pytest.mark.skipif(not torch.cuda.is_available(), reason="no CUDA device")]
+pytestmark = [pytest.mark.gpu, pytest.mark.skipif(not torch.cuda.is_available(), reason="no CUDA device"),
+              pytest.mark.filterwarnings("default")]  # torch's compiler has some of its own
 
 
 @pytest.fixture
