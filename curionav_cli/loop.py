@@ -52,14 +52,25 @@ def live(env: gymnasium.Env, agent: Agent, learn: Learn, *, episodes: int, steps
     """Episodes `first` to `episodes`, `steps` steps each; learn(index, episode) gives metrics."""
     observation, info = env.reset(seed=seed, options={"episode": first})
     for index in range(first, episodes):
-        began = time.perf_counter()
+        began = clocks()
         episode = run_episode(env, agent, observation, info, steps, watch)
-        acted = time.perf_counter()
+        acted = clocks()
         metrics = learn(index, episode)
-        seconds = {"seconds_acting": acted - began, "seconds_learning": time.perf_counter() - acted}
-        watch.lived(index, episode, {**metrics, **seconds})
+        learned = clocks()
+        watch.lived(index, episode, {**metrics, **spent("acting", began, acted), **spent("learning", acted, learned)})
         if index + 1 < episodes:
             observation, info = env.reset()
+
+
+def clocks() -> tuple[float, float]:
+    """Seconds on the wall, and of all this process's threads on CPUs."""
+    return time.perf_counter(), time.process_time()
+
+
+def spent(what: str, began: tuple[float, float], ended: tuple[float, float]) -> dict[str, float]:
+    """Both kinds of seconds between two readings of the clocks."""
+    wall, cpu = (after - before for before, after in zip(began, ended, strict=True))
+    return {f"seconds_{what}": wall, f"cpu_seconds_{what}": cpu}
 
 
 def run_episode(env: gymnasium.Env, agent: Agent, observation: dict[str, np.ndarray], info: dict[str, Any],
