@@ -79,12 +79,12 @@ class Coverage:
     def add(self, pose: np.ndarray) -> int:
         """Count one episode, pose (T+1, 3); how many different cells it touched."""
         step, cell = RULES[self.rule](self.plan, pose)
-        inside = self.counted.flat[cell]
+        inside = self.counted.ravel()[cell]
         step, cell = step[inside], cell[inside]
-        cells, at = np.unique(cell, return_index=True)  # the first of each: steps are in order
-        new = self.visits.flat[cells] == 0
-        self.first.append(np.sort(self.steps + step[at[new]]))
-        self.visits.ravel()[:] += np.bincount(cell, minlength=self.visits.size)
+        cells, at, times = np.unique(cell, return_index=True, return_counts=True)  # at: of its first, steps are sorted
+        visits = self.visits.ravel()
+        self.first.append(np.sort(self.steps + step[at[visits[cells] == 0]]))
+        visits[cells] += times
         self.steps += len(pose) - 1
         return len(cells)
 
@@ -115,6 +115,10 @@ class Curve:
     def at(self, step: np.ndarray | int) -> np.ndarray:
         """Cells visited after so many steps."""
         return np.searchsorted(self.found, step, side="right")
+
+    def until(self, steps: int) -> Curve:
+        """The curve of the first `steps` steps."""
+        return Curve(self.found[:self.at(steps)], min(steps, self.steps), self.total)
 
     def area(self) -> float:
         """Mean share of the cells over the run: the area under the coverage curve, between 0 and 1."""
