@@ -130,10 +130,19 @@ def coverage(
     raise typer.Exit(coverage.run(words or []))
 
 
-@app.command(context_settings=UNFINISHED)
-def compare() -> None:
-    """Compare agents over seeds and environments. (still to come)"""
-    unfinished("compare", "statistics over several runs")
+@app.command()
+def compare(
+    words: Annotated[list[str] | None, typer.Argument(
+        metavar="RUNS_OR_SWEEP... [baseline=ARM] [at=STEPS] [marking=RULE] [denominator=CELLS] [out=DIR]",
+        show_default=False,
+        help="Folders of runs or sweeps. baseline: the arm that all others are compared with, as its label reads; "
+             "at=1000,5000: coverage after so many steps too; marking=landing|swept|footprint, "
+             "denominator=visitable|floor; out: where it is written.")] = None,
+) -> None:
+    """Compare agents over seeds and environments: figures, tables, and how sure they are."""
+    from curionav_cli.commands import compare
+
+    raise typer.Exit(compare.run(words or []))
 
 
 def unfinished(command: str, what: str) -> None:

@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import difflib
-from pathlib import Path
-
 from curionav_cli.commands.summary import a_console, print_files, print_table
+from curionav_cli.commands.words import sorted_out
 from curionav_cli.errors import ConfigError
 from curionav_cli.results import plots
 from curionav_cli.results.coverage import DENOMINATORS, RULES
@@ -22,8 +20,8 @@ def run(words: list[str]) -> int:
 
     words: folders of runs or sweeps, and marking=... or denominator=... to have only those.
     """
-    chosen = dict(choice(word) for word in words if "=" in word)
-    folders = [run for word in words if "=" not in word for run in RunFolder.found(Path(word))]
+    paths, chosen = sorted_out("coverage", words, CHOICES)
+    folders = [run for path in paths for run in RunFolder.found(path)]
     if not folders:
         raise ConfigError("Name the folder of a run or a sweep, as in: curionav coverage outputs/DATE/RUN")
     rules, denominators = ((chosen[key],) if key in chosen else CHOICES[key] for key in CHOICES)
@@ -33,18 +31,6 @@ def run(words: list[str]) -> int:
     for folder in folders:
         print_files(console, folder.path, [name for one in counted if one.folder is folder for name in draw(one)])
     return 0
-
-
-def choice(word: str) -> tuple[str, str]:
-    """'marking=swept' -> its key and value. Raises ConfigError for any other."""
-    key, _, value = word.partition("=")
-    if key not in CHOICES:
-        raise ConfigError(f"coverage has no setting {key}. It has: {', '.join(CHOICES)}.")
-    if value not in CHOICES[key]:
-        near = difflib.get_close_matches(value, CHOICES[key], 1)
-        raise ConfigError(f"{key}: {value!r} is not one of {', '.join(CHOICES[key])}."
-                          + (f" Did you mean {near[0]}?" if near else ""))
-    return key, value
 
 
 def draw(one: Run) -> list[str]:

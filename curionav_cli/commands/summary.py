@@ -15,11 +15,11 @@ from rich.table import Table
 from curionav_cli.errors import UserError
 from curionav_cli.records import write_whole
 from curionav_cli.results import plots, tables
-from curionav_cli.results.runs import Run, tell_apart
+from curionav_cli.results.runs import Run, job_number, tell_apart
 
 SHOWN = ("agent", "seed", "coverage", "visited", "cells", "steps", "area", "to 50 %", "to 80 %", "forward", "left",
          "right", "cancelled", "state", "env", "learning")  # the most telling first: a narrow terminal shows fewer
-LEFT = ("agent", "state", "env", "marking", "of")
+LEFT = ("agent", "state", "env", "marking", "of", "arm", "minus", "setting", "value")
 
 
 def show(folder: Path, folders: Sequence[Path]) -> None:
@@ -30,12 +30,6 @@ def show(folder: Path, folders: Sequence[Path]) -> None:
     elif names := {path.name for path in [*folders, *(file.parent for file in folder.glob("*/run.json"))]
                    if path.resolve() != folder.resolve()}:
         show_sweep(folder, [folder / name for name in sorted(names, key=job_number)], console)
-
-
-def job_number(name: str) -> tuple[int, str]:
-    """Sorts 2_small_room_random_0 before 10_small_room_random_8."""
-    number = name.split("_")[0]
-    return (int(number) if number.isdecimal() else -1, name)
 
 
 def a_console() -> Console:
@@ -114,9 +108,14 @@ def write_text(path: Path, text: str) -> None:
 
 def print_table(rows: Sequence[dict[str, Any]], console: Console, shown: Sequence[str] = SHOWN) -> None:
     """As many columns as the terminal is wide."""
-    headings = [heading for heading, _, _ in tables.COLUMNS]
-    lines = [dict(zip(headings, tables.cells(row), strict=True)) for row in rows]
-    caption = None if "marking" in shown else tables.meaning(rows)
+    print_columns(rows, tables.COLUMNS, console, shown, None if "marking" in shown else tables.meaning(rows))
+
+
+def print_columns(rows: Sequence[dict[str, Any]], columns: tables.Columns, console: Console, shown: Sequence[str],
+                  caption: str | None = None) -> None:
+    """The columns with the headings in `shown`, as many as the terminal is wide."""
+    headings = [heading for heading, _, _ in columns]
+    lines = [dict(zip(headings, tables.cells(row, columns), strict=True)) for row in rows]
     table = Table(box=SIMPLE, pad_edge=False, caption=caption, caption_justify="left")
     used = 0
     for heading in shown:

@@ -9,12 +9,18 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from curionav_cli.records import FloorPlan, read_arrays
 from curionav_cli.results.coverage import Coverage, Curve, cover
 from curionav_cli.storage.run_folder import RunFolder
 
 TOLD = 3  # settings at most
 ACTIONS = ("forward", "left", "right")
+SECONDS = {  # what a run cost: the metrics of each episode that add up to it
+    "seconds": ("seconds_acting", "seconds_learning"), "cpu_seconds": ("cpu_seconds_acting", "cpu_seconds_learning"),
+}
+COUNTED = {"updates": "updates", "frames_read": "frames_replayed"}  # and those that the agent counts from the beginning
 
 
 @dataclass
@@ -54,6 +60,11 @@ class Run:
         return self.config["seed"]
 
     @property
+    def preset(self) -> str:
+        """The scale that its settings came from."""
+        return self.config["scale"]
+
+    @property
     def label(self) -> str:
         return f"{self.env}, {self.agent}, seed {self.seed}"
 
@@ -83,6 +94,7 @@ class Run:
             **{f"steps_to_{share:.0%}".replace("%", ""): self.curve.steps_to(share) for share in (0.5, 0.8, 0.9)},
             **{name: mix[index] / steps for index, name in enumerate(ACTIONS)},
             "cancelled": weighted(metrics, "cancelled"),
+            **{key: known(sums[-1]) for key, sums in spent(metrics).items()},
             "seconds_acting": sum(row["seconds_acting"] for row in metrics),
             "seconds_learning": sum(row["seconds_learning"] for row in metrics),
             "error": status.get("error"), "folder": str(self.folder.path),
@@ -103,6 +115,23 @@ def tell_apart(runs: Sequence[Run]) -> None:
         own = [key for key in settings[0] if any(other.get(key) != settings[0][key] for other in settings)]
         for run in same:
             run.variant = "".join(f" {key}={run.config['agent'].get(key)}" for key in own[:TOLD])
+
+
+def job_number(name: str) -> tuple[int, str]:
+    """Sorts 2_small_room_random_0 before 10_small_room_random_8."""
+    number = name.split("_")[0]
+    return (int(number) if number.isdecimal() else -1, name)
+
+
+def spent(metrics: list[dict[str, Any]]) -> dict[str, np.ndarray]:
+    """Every part of the budget after 0 to E episodes, (E + 1,); nan from where it was not noted."""
+    each = {key: [[row.get(part, np.nan) for part in parts] for row in metrics] for key, parts in SECONDS.items()}
+    return {**{key: np.cumsum([0.0, *(sum(parts) for parts in rows)]) for key, rows in each.items()},
+            **{key: np.array([0.0, *(row.get(part, np.nan) for row in metrics)]) for key, part in COUNTED.items()}}
+
+
+def known(number: float) -> float | None:
+    return None if np.isnan(number) else float(number)
 
 
 def weighted(metrics: list[dict[str, Any]], key: str) -> float | None:

@@ -31,10 +31,11 @@ class Estimate(NamedTuple):
     high: float | np.ndarray
 
     def __format__(self, form: str) -> str:
-        """'{:.1f}' gives 45.4 [40.1, 50.7]."""
+        """'{:.1%}' gives 45.4% [40.1, 50.7]."""
         if np.isnan(self.low):
             return f"{self.value:{form}}"
-        return f"{self.value:{form}} [{self.low:{form}}, {self.high:{form}}]"
+        low, high = (f"{bound:{form}}".rstrip("%") for bound in (self.low, self.high))
+        return f"{self.value:{form}} [{low}, {high}]"
 
 
 def mean_interval(values: np.ndarray) -> Estimate:
@@ -50,6 +51,19 @@ def paired_difference(ours: np.ndarray, theirs: np.ndarray) -> Estimate:
     """Mean of ours - theirs and its t interval; (n,) each, in the same order of seeds."""
     assert ours.shape == theirs.shape, (ours.shape, theirs.shape)
     return mean_interval(ours - theirs)
+
+
+def mean_of_means(strata: Strata) -> Estimate:
+    """Mean of the strata's means, and its t interval with the degrees of freedom of Welch and Satterthwaite."""
+    value = float(np.mean([runs.mean() for runs in strata]))
+    if min(map(len, strata)) < 2:
+        return Estimate(value, np.nan, np.nan)
+    parts = np.array([runs.var(ddof=1) / len(runs) for runs in strata]) / len(strata) ** 2
+    if not parts.any():
+        return Estimate(value, value, value)
+    freedom = parts.sum() ** 2 / sum(part ** 2 / (len(runs) - 1) for part, runs in zip(parts, strata))
+    half = float(stats.t.ppf((1 + LEVEL) / 2, freedom) * np.sqrt(parts.sum()))
+    return Estimate(value, value - half, value + half)
 
 
 def sign_flip_test(difference: np.ndarray, rng: np.random.Generator, draws: int = 100_000) -> float:

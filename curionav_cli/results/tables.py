@@ -4,43 +4,80 @@ from __future__ import annotations
 
 import csv
 import io
+import re
 from collections.abc import Sequence
 from typing import Any
 
 Row = dict[str, Any]
+Columns = Sequence[tuple[str, str, str]]
 
 # What a person reads: heading, key of the row, how to write it.
-COLUMNS = (
+COLUMNS: Columns = (
     ("env", "env", "{}"), ("agent", "agent", "{}"), ("seed", "seed", "{}"), ("state", "state", "{}"),
     ("steps", "steps", "{:,}"), ("visited", "visited", "{:,}"), ("cells", "cells", "{:,}"),
     ("coverage", "coverage", "{:.1%}"), ("area", "area_under_curve", "{:.3f}"),
     ("to 50 %", "steps_to_50", "{:,}"), ("to 80 %", "steps_to_80", "{:,}"), ("to 90 %", "steps_to_90", "{:,}"),
     ("forward", "forward", "{:.0%}"), ("left", "left", "{:.0%}"), ("right", "right", "{:.0%}"),
     ("cancelled", "cancelled", "{:.0%}"), ("acting", "seconds_acting", "{:.0f} s"),
-    ("learning", "seconds_learning", "{:.0f} s"), ("marking", "marking", "{}"), ("of", "denominator", "{}"),
+    ("learning", "seconds_learning", "{:.0f} s"), ("CPU", "cpu_seconds", "{:.0f} s"), ("updates", "updates", "{:,.0f}"),
+    ("frames read", "frames_read", "{:,.0f}"), ("marking", "marking", "{}"), ("of", "denominator", "{}"),
 )
 
 
-def cells(row: Row) -> list[str]:
+def cells(row: Row, columns: Columns = COLUMNS) -> list[str]:
     """One row as a person reads it; what is not known is a dash."""
-    return [form.format(row[key]) if row.get(key) is not None else "-" for _, key, form in COLUMNS]
+    return [form.format(row[key]) if row.get(key) is not None else "-" for _, key, form in columns]
 
 
 def meaning(rows: Sequence[Row]) -> str:
     """The line under every table: which marking rule and which denominator it counts by."""
     counted = sorted({(row["marking"], row["denominator"]) for row in rows})
-    return "; ".join(f"visited: marked by {rule}, out of {denominator} cells" for rule, denominator in counted)
+    return "; ".join(counted_by(rule, denominator) for rule, denominator in counted)
 
 
-def markdown(rows: Sequence[Row]) -> str:
-    lines = [[heading for heading, _, _ in COLUMNS], ["---"] * len(COLUMNS), *map(cells, rows)]
-    return "\n".join(f"| {' | '.join(line)} |" for line in lines) + f"\n\n{meaning(rows)}\n"
+def counted_by(rule: str, denominator: str) -> str:
+    return f"visited: marked by {rule}, out of {denominator} cells"
+
+
+def markdown(rows: Sequence[Row], columns: Columns = COLUMNS, below: str = "") -> str:
+    """below: the line under it; without one, how visits are counted."""
+    lines = [[heading for heading, _, _ in columns], ["---"] * len(columns), *(cells(row, columns) for row in rows)]
+    return "\n".join(f"| {' | '.join(line)} |" for line in lines) + f"\n\n{below or meaning(rows)}\n"
+
+
+def latex(rows: Sequence[Row], columns: Columns, caption: str) -> str:
+    """A table for \\usepackage{booktabs}: numbers to the right, words to the left."""
+    body = [cells(row, columns) for row in rows]
+    sides = "".join("l" if form == "{}" else "r" for _, _, form in columns)
+    lines = ["\\begin{table}", "\\centering", f"\\caption{{{escaped(caption)}}}", f"\\begin{{tabular}}{{{sides}}}",
+             "\\toprule", tex_line([heading for heading, _, _ in columns]), "\\midrule", *map(tex_line, body),
+             "\\bottomrule", "\\end{tabular}", "\\end{table}"]
+    return "\n".join(lines) + "\n"
+
+
+def tex_line(words: Sequence[str]) -> str:
+    return " & ".join(map(escaped, words)) + r" \\"
+
+
+def escaped(text: str) -> str:
+    """Plain text as LaTeX shows it."""
+    return re.sub(r"([&%$#_{}])", r"\\\1", text)
 
 
 def comma_separated(rows: Sequence[Row]) -> str:
-    """Tidy CSV with every key, plain numbers."""
+    """Tidy CSV with every key, plain numbers; of an estimate its value as KEY, its bounds as KEY_low and KEY_high."""
+    tidy = [spread(row) for row in rows]
     text = io.StringIO()
-    writer = csv.DictWriter(text, list(dict.fromkeys(key for row in rows for key in row)), lineterminator="\n")
+    writer = csv.DictWriter(text, list(dict.fromkeys(key for row in tidy for key in row)), lineterminator="\n")
     writer.writeheader()
-    writer.writerows(rows)
+    writer.writerows(tidy)
     return text.getvalue()
+
+
+def spread(row: Row) -> Row:
+    """A named tuple in a cell as a cell for each of its parts, the first under the row's own key."""
+    found: Row = {}
+    for key, value in row.items():
+        parts = list(value._asdict().items()) if hasattr(value, "_asdict") else []
+        found |= {key: parts[0][1], **{f"{key}_{name}": part for name, part in parts[1:]}} if parts else {key: value}
+    return found

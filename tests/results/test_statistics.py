@@ -75,13 +75,23 @@ def test_the_mean_interval_is_that_of_scipy():
 def test_one_run_has_no_interval():
     estimate = statistics.mean_interval(np.array([0.4]))
     assert estimate.value == 0.4 and np.isnan(estimate.low) and np.isnan(estimate.high)
-    assert f"{estimate:.1f}" == "0.4" and f"{Estimate(0.5, 0.25, 0.75):.2f}" == "0.50 [0.25, 0.75]"
+    assert f"{estimate:.1f}" == "0.4" and f"{Estimate(0.5, 0.25, 0.75):.0%}" == "50% [25, 75]"
 
 
 def test_the_paired_difference_is_that_of_scipy():
     estimate = statistics.paired_difference(OURS[:, 1], THEIRS[:, 1])
     reference = stats.ttest_rel(OURS[:, 1], THEIRS[:, 1]).confidence_interval(0.95)
     assert (estimate.low, estimate.high) == pytest.approx((reference.low, reference.high))
+
+
+def test_the_mean_over_environments_is_welchs_with_two_of_them(rng):
+    x, y = rng.normal(0.4, 0.1, 5), rng.normal(0.1, 0.02, 4)
+    estimate = statistics.mean_of_means([x, y])
+    reference = stats.ttest_ind(x, -y, equal_var=False).confidence_interval(0.95)  # of mean(x) + mean(y)
+    assert (estimate.low, estimate.high) == pytest.approx((reference.low / 2, reference.high / 2))
+    assert statistics.mean_of_means([x]) == pytest.approx(statistics.mean_interval(x))
+    assert statistics.mean_of_means([np.full(3, 0.5), np.full(2, 0.25)]) == (0.375, 0.375, 0.375)
+    assert np.isnan(statistics.mean_of_means([x, y[:1]]).low)
 
 
 @pytest.mark.parametrize("n", [1, 4, 9])

@@ -1,0 +1,138 @@
+"""curionav compare RUNS_OR_SWEEP...: what a paper says about many runs, as figures and tables, and how sure it is."""
+
+from __future__ import annotations
+
+import re
+import shlex
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from datetime import datetime
+from functools import cached_property
+from pathlib import Path
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from curionav_cli.commands.summary import a_console, print_columns, print_files, write_text
+from curionav_cli.commands.words import one_of, sorted_out
+from curionav_cli.errors import ConfigError, RunFolderError
+from curionav_cli.results import comparison_plots, estimates, plots
+from curionav_cli.results.comparison import Comparison, compare
+from curionav_cli.results.comparison_tables import (
+    Table,
+    arm_table,
+    latex,
+    markdown,
+    overall_table,
+    pair_table,
+    settings_table,
+)
+from curionav_cli.results.coverage import DENOMINATORS, RULES
+from curionav_cli.results.lives import Life, folders, read
+from curionav_cli.results.tables import Row, comma_separated
+
+CHOICES: dict[str, tuple[str, ...]] = {
+    "marking": tuple(RULES), "denominator": DENOMINATORS, "baseline": (), "at": (), "out": ()}
+THRESHOLDS = 101  # of a performance profile
+
+
+def run(words: list[str]) -> int:
+    """Compare, print, write; the exit code. words: folders of runs or sweeps, and settings out of CHOICES."""
+    paths, chosen = sorted_out("compare", words, CHOICES)
+    way = chosen.get("marking", CHOICES["marking"][0]), chosen.get("denominator", DENOMINATORS[0])
+    at = steps(chosen.get("at", ""))
+    lives, lost = gather(paths, *way)
+    if not lives:
+        raise ConfigError("\n".join([*lost, "There is no run to compare. Name folders of runs or sweeps, as in: "
+                                     "curionav compare outputs/DATE/SWEEP"]))
+    comparison = compare(lives)
+    baseline = one_of("baseline", chosen["baseline"], list(comparison.arms)) if "baseline" in chosen else None
+    counted = f"{way[1]} cells, marked by {way[0]}"
+    notes = [*estimates.notes(comparison, baseline), *lost]
+    report = Report(shlex.join(["curionav", "compare", *words]), comparison, baseline, counted, at, notes)
+    console = a_console()
+    for part in report.tables:
+        print_columns(part.rows, part.columns, console, [heading for heading, _, _ in part.columns], part.title)
+    for note in notes:
+        console.print(note, soft_wrap=True, highlight=False, markup=False)
+    folder = Path(chosen.get("out") or datetime.now().strftime("outputs/%Y-%m-%d/%H-%M-%S-%f_compare"))
+    print_files(console, folder, write(report, folder))
+    return 0
+
+
+def steps(words: str) -> list[int]:
+    """'1000,5000' as numbers. Raises ConfigError."""
+    if not re.fullmatch(r"(\d+(,\d+)*)?", words):
+        raise ConfigError(f"at: {words!r} is not a list of steps, as in at=1000,5000")
+    return [int(word) for word in words.split(",") if word]
+
+
+def gather(paths: Sequence[Path], rule: str, denominator: str) -> tuple[list[Life], list[str]]:
+    """Every run in these folders once, and a line for each folder of which nothing can be shown."""
+    lives, lost = {}, []
+    for path in paths:
+        try:
+            jobs = folders(path)
+        except RunFolderError as error:
+            lost.append(str(error))
+            continue
+        for job in jobs:
+            try:
+                if job.resolve() not in lives:
+                    lives[job.resolve()] = read(job, rule, denominator)
+            except RunFolderError as error:
+                lost.append(str(error))
+    return list(lives.values()), lost
+
+
+@dataclass(frozen=True)
+class Report:
+    """What is written: everything is estimated once, by the same dice every time."""
+
+    command: str
+    comparison: Comparison
+    baseline: str | None
+    counted: str
+    at: list[int]
+    notes: list[str]
+
+    @cached_property
+    def tables(self) -> list[Table]:
+        """Those that have rows: arms, pairs, over all, settings."""
+        rng = np.random.default_rng(0)
+        every = [arm_table(list(estimates.arm_rows(self.comparison, self.at)), self.at, self.counted),
+                 pair_table(list(estimates.pair_rows(self.comparison, self.baseline, rng))),
+                 overall_table(list(estimates.overall_rows(self.comparison, rng))), settings_table(self.comparison)]
+        return [table for table in every if table.rows]
+
+    def rows(self, name: str) -> list[Row]:
+        return [row for table in self.tables if table.name == name for row in table.rows]
+
+    def figures(self) -> Iterator[tuple[str, Figure]]:
+        """One for each environment and one over all of them."""
+        comparison, base = self.comparison, self.baseline or next(iter(self.comparison.arms))
+        look = comparison_plots.looks(comparison.arms)
+        for field in comparison.fields:
+            yield field.env, comparison_plots.environment(field, look, self.rows("pairs"), base, self.counted)
+        if comparison.common:
+            most = max(field.scores(arm).max() for field in comparison.common for arm in field.arms)
+            thresholds = np.linspace(0, most, THRESHOLDS)
+            profiles = estimates.profiles(comparison, thresholds, np.random.default_rng(0))
+            yield estimates.ALL, comparison_plots.over_all(comparison, look, self.rows("pairs"), base,
+                                                           self.rows("overall"), profiles, thresholds)
+
+
+def write(report: Report, folder: Path) -> list[str]:
+    """Figures, CSV files, a page and a LaTeX file; their names in the folder."""
+    (folder / "figures").mkdir(parents=True, exist_ok=True)
+    pictures = []
+    for name, figure in report.figures():
+        pictures.append(f"figures/{re.sub('[^A-Za-z0-9.=-]+', '_', name)}.png")
+        plots.save(figure, folder / pictures[-1])
+    runs = list(estimates.run_rows(report.comparison, report.at))
+    texts = {"comparison.md": markdown(report.command, report.notes, report.tables, pictures),
+             "comparison.tex": latex(report.command, report.notes, report.tables), "runs.csv": comma_separated(runs),
+             **{f"{table.name}.csv": comma_separated(table.rows) for table in report.tables}}
+    for name, text in texts.items():
+        write_text(folder / name, text)
+    return [*pictures, *texts]

@@ -1,0 +1,87 @@
+"""Which runs are the same arm of a comparison, and what to call it.
+
+Two runs are the same arm if all that a run may not change while it goes on (fixed.json) is the same, apart from the
+seed and the world; two worlds are the same if theirs is, apart from what draws the pictures. A name is the agent's
+(or the scene's), with the fewest settings that tell it from its namesakes: `lbs_dreamer curiosity=shuffled`.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Sequence
+from itertools import combinations
+from typing import Any
+
+Settings = dict[str, Any]
+ABSENT = "?"  # written by a version that did not have this setting
+
+
+def arm_settings(fixed: Settings) -> Settings:
+    """What makes the arm, by dotted keys: agent, robot, steps and iterations."""
+    return flat({key: value for key, value in fixed.items() if key in ("agent", "robot", "loop")})
+
+
+def world_settings(fixed: Settings) -> Settings:
+    """What makes the world, by dotted keys."""
+    rest = {key: value for key, value in fixed.items() if key not in ("agent", "robot", "loop", "seed")}
+    return {key: value for key, value in flat(rest).items() if key not in ("env.engine", "env.note")}
+
+
+def flat(settings: Settings, prefix: str = "") -> Settings:
+    """{"agent": {"gamma": 1}} -> {"agent.gamma": 1}; lists stay whole."""
+    found: Settings = {}
+    for key, value in settings.items():
+        found |= flat(value, f"{prefix}{key}.") if isinstance(value, dict) else {prefix + key: value}
+    return found
+
+
+def labels(names: Sequence[str], settings: Sequence[Settings], presets: Sequence[str]) -> list[str]:
+    """A label for each run: the same for the same name and settings, another for any other.
+
+    presets: the preset that the settings of each run came from; where it changed several settings at once, its name
+    stands for them.
+    """
+    found = list(names)
+    for name in set(names):
+        members = [index for index, other in enumerate(names) if other == name]
+        which = {index: json.dumps(settings[index], sort_keys=True) for index in members}
+        arms = {which[index]: {"scale": presets[index], **settings[index]} for index in reversed(members)}
+        keys = telling(list(arms.values()))
+        for index in members:
+            arm = arms[which[index]]
+            found[index] = " ".join([name, *(f"{short(key, arm)}={text(arm.get(key, ABSENT))}" for key in keys)])
+    return found
+
+
+def telling(arms: Sequence[Settings]) -> list[str]:
+    """The fewest settings that tell all arms apart; for those that differ together the first, or their preset."""
+    splits: dict[tuple[int, ...], list[str]] = {}
+    for key in dict.fromkeys(key for arm in arms for key in arm):
+        values = tuple(text(arm.get(key, ABSENT)) for arm in arms)
+        first = tuple(values.index(value) for value in values)  # which arms are alike in it
+        splits.setdefault(first, []).append(key)
+    stands = {split: together[0] if together[0] != "scale" or len(together) > 2 else together[-1]
+              for split, together in splits.items() if together != ["scale"]}
+    ways = (chosen for size in range(len(stands) + 1) for chosen in combinations(stands, size)
+            if len(set(zip(*chosen))) == len(arms) or len(arms) == 1)
+    return [stands[split] for split in next(ways, tuple(stands))]
+
+
+def short(key: str, settings: Settings) -> str:
+    """The last word of a dotted key, where no other setting ends in it."""
+    last = key.rpartition(".")[2]
+    return last if sum(other.rpartition(".")[2] == last for other in settings) == 1 else key
+
+
+def text(value: Any) -> str:
+    """A value in a label; a long one by the beginning of its checksum."""
+    plain = value if isinstance(value, str) else json.dumps(value, separators=(",", ":"))
+    return plain if len(plain) <= 24 else f"#{hashlib.sha256(plain.encode()).hexdigest()[:6]}"
+
+
+def differences(arms: dict[str, Settings]) -> dict[str, dict[str, str]]:
+    """All settings in which any of these arms differ: for each of them {label: value}, as text."""
+    keys = dict.fromkeys(key for settings in arms.values() for key in settings)
+    table = {key: {label: text(settings.get(key, ABSENT)) for label, settings in arms.items()} for key in keys}
+    return {key: values for key, values in table.items() if len(set(values.values())) > 1}

@@ -1,0 +1,148 @@
+"""Figures of a comparison, from numbers estimated elsewhere: one for each environment, one over all runs."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import cycle
+from typing import Any, NamedTuple
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.ticker import EngFormatter
+
+from curionav_cli.results.comparison import Comparison, Field
+from curionav_cli.results.estimates import ALL
+from curionav_cli.results.plots import STYLES
+from curionav_cli.results.statistics import Estimate, mean_interval
+from curionav_cli.results.tables import Row
+
+MARKERS = "os^DvPX<>p*h"
+SPARE = (  # for agents without a look of their own, and for a second arm of one that has it
+    ("#6d28d9", (0, (5, 1, 1, 1))), ("#be185d", (0, (3, 1))), ("#0f766e", (0, (6, 2, 2, 2))), ("#111827", (0, (1, 2))),
+    ("#7f1d1d", (0, (8, 2))), ("#0284c7", (0, (4, 1, 1, 1, 1, 1))), ("#4d7c0f", (0, (2, 2))),
+)
+POINTS = 200  # of a drawn curve
+MARKS = 8  # on it
+
+
+class Look(NamedTuple):
+    """How an arm is drawn; dashes and markers tell arms apart in greyscale."""
+
+    color: str
+    dashes: Any
+    marker: str
+
+
+def looks(arms: dict[str, str]) -> dict[str, Look]:
+    """A look for each arm (label -> agent): the first of an agent has the agent's own, the others spare ones."""
+    spare, own, found = cycle(SPARE), dict(STYLES), {}
+    for (arm, agent), marker in zip(arms.items(), cycle(MARKERS)):
+        color, dashes = own.pop(agent) if agent in own else next(spare)
+        found[arm] = Look(color, dashes, marker)
+    return found
+
+
+def environment(field: Field, look: dict[str, Look], pairs: Sequence[Row], base: str, meaning: str) -> Figure:
+    """Coverage over steps, the area under it, and its paired differences to `base`. meaning: what counts as covered."""
+    used = {arm: look[arm] for arm in field.arms}
+    cells = next(iter(field.arms.values()))[0].curve.total
+    figure, (left, middle, right) = panels(f"{field.env}, {cells:,} {meaning}", used)
+    draw_curves(left, field, used)
+    scores = {arm: field.scores(arm) for arm in used}
+    draw_rows(middle, used, {arm: mean_interval(areas) for arm, areas in scores.items()}, scores)
+    middle.set(xlabel="area under the curve", title="b  mean, 95 % t interval, seeds")
+    beside = against(pairs, base, field.env)
+    draw_rows(right, used, {other: row["difference"] for other, row in beside.items()},
+              {other: field.difference(row["arm"], row["minus"]) for other, row in beside.items()})
+    write_beside(right, used, {other: f"n = {row['n']}\np = {row['p']:.2g}" for other, row in beside.items()})
+    reference_line(right, 0, "difference of the area, same seeds", f"c  {direction(beside, base, 'minus')}")
+    return figure
+
+
+def over_all(comparison: Comparison, look: dict[str, Look], pairs: Sequence[Row], base: str, rows: Sequence[Row],
+             profiles: dict[str, Estimate], thresholds: np.ndarray) -> Figure:
+    """Performance profiles at `thresholds` (K,), interquartile means, and probabilities of improvement over `base`."""
+    envs = ", ".join(field.env for field in comparison.common)
+    figure, (left, middle, right) = panels(f"{envs}: {sum(row['n'] for row in rows)} runs", look)
+    for arm in look:
+        draw_line(left, thresholds, profiles[arm], arm, look)
+    left.set(xlabel="area under the curve", ylabel="share of runs above it", ylim=(0, 1.02),
+             xlim=(thresholds[0], thresholds[-1]), title="a  performance profile")
+    draw_rows(middle, look, {row["arm"]: row["interquartile_mean"] for row in rows},
+              {arm: np.concatenate([field.scores(arm) for field in comparison.common]) for arm in look})
+    middle.set(xlabel="area under the curve", title="b  interquartile mean, runs")
+    beside = against(pairs, base, ALL)
+    draw_rows(right, look, {other: row["improvement"] for other, row in beside.items()}, {})
+    right.set_xlim(-0.04, 1.04)
+    reference_line(right, 0.5, "probability of improvement", f"c  {direction(beside, base, 'over')}")
+    return figure
+
+
+def panels(title: str, look: dict[str, Look]) -> tuple[Figure, list[Axes]]:
+    """Three axes: a square one, and two with a row for each arm, named once; the arms' names below."""
+    figure = Figure((8.6, max(2.9, 1.5 + 0.36 * len(look))), layout="constrained")
+    left, middle, right = figure.subplots(1, 3, width_ratios=(1.35, 1, 0.9))
+    right.sharey(middle)
+    middle.set_yticks(range(len(look)), [arm.replace(" ", "\n") for arm in look])
+    middle.set_ylim(len(look) - 0.4, -0.6)
+    right.tick_params(axis="y", labelleft=False)
+    for axes in (middle, right):
+        axes.grid(axis="x", color="#e5e7eb", linewidth=0.6)
+    figure.suptitle(title, fontsize=9)
+    return figure, [left, middle, right]
+
+
+def draw_curves(axes: Axes, field: Field, look: dict[str, Look]) -> None:
+    """The mean of every arm over its seeds with a pointwise interval, and every seed as a thin line."""
+    steps = np.unique(np.linspace(0, field.horizon, POINTS + 1).astype(int))
+    for arm in look:
+        shares = 100 * field.shares(arm, steps)
+        axes.plot(steps, shares.T, color=look[arm].color, linewidth=0.4, alpha=0.5)
+        draw_line(axes, steps, mean_interval(shares), arm, look)
+    axes.set(xlabel="steps", ylabel="coverage (%)", xlim=(0, field.horizon), title="a  mean, 95 % t interval, seeds")
+    axes.set_ylim(0, min(102, axes.get_ylim()[1]))
+    axes.xaxis.set_major_formatter(EngFormatter(sep=""))
+
+
+def draw_line(axes: Axes, x: np.ndarray, line: Estimate, arm: str, look: dict[str, Look]) -> None:
+    """A line with its band; markers of different arms stand apart."""
+    color, dashes, marker = look[arm]
+    gap = max(1, len(x) // MARKS)
+    offset = gap * list(look).index(arm) // len(look)
+    axes.fill_between(x, line.low, line.high, color=color, alpha=0.13, linewidth=0)
+    axes.plot(x, line.value, color=color, linestyle=dashes, marker=marker, markersize=3.5, markevery=(offset, gap),
+              linewidth=1.5, label=arm)
+
+
+def draw_rows(axes: Axes, look: dict[str, Look], estimates: dict[str, Estimate], runs: dict[str, np.ndarray]) -> None:
+    """For each arm its estimate and interval, and every run as a dot below."""
+    for row, (arm, (color, _, marker)) in enumerate(look.items()):
+        if arm in estimates:
+            value, low, high = map(float, estimates[arm])
+            axes.plot([low, high], [row, row], color=color, linewidth=1.5)
+            axes.plot([value], [row], color=color, marker=marker, markersize=5.5)
+            dots = runs.get(arm, np.array([]))
+            axes.plot(dots, np.full(len(dots), row + 0.25), ".", color=color, markersize=3, alpha=0.7)
+
+
+def write_beside(axes: Axes, look: dict[str, Look], words: dict[str, str]) -> None:
+    """A few words right of each arm's row."""
+    for row, arm in enumerate(look):
+        axes.text(1.02, row, words.get(arm, ""), transform=axes.get_yaxis_transform(), va="center", fontsize=7)
+
+
+def reference_line(axes: Axes, where: float, label: str, title: str) -> None:
+    axes.axvline(where, color="#6b7280", linewidth=0.8, zorder=0)
+    axes.set(xlabel=label, title=title)
+
+
+def against(pairs: Sequence[Row], base: str, env: str) -> dict[str, Row]:
+    """The pairs of this environment that `base` is in, by the other arm."""
+    here = [row for row in pairs if row["env"] == env and base in (row["arm"], row["minus"])]
+    return {row["arm"] if row["minus"] == base else row["minus"]: row for row in here}
+
+
+def direction(beside: dict[str, Row], base: str, word: str) -> str:
+    """'random minus the others', or 'minus random' where all others are compared with it."""
+    return f"{base} {word} the others" if any(row["arm"] == base for row in beside.values()) else f"{word} {base}"
