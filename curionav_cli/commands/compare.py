@@ -69,20 +69,19 @@ def steps(words: str) -> list[int]:
 
 def gather(paths: Sequence[Path], rule: str, denominator: str) -> tuple[list[Life], list[str]]:
     """Every run in these folders once, and a line for each folder of which nothing can be shown."""
-    lives, lost = {}, []
+    jobs: dict[Path, Path] = {}
+    lives, lost = [], []
     for path in paths:
         try:
-            jobs = folders(path)
+            jobs |= {job.resolve(): job for job in folders(path)}
         except RunFolderError as error:
             lost.append(str(error))
-            continue
-        for job in jobs:
-            try:
-                if job.resolve() not in lives:
-                    lives[job.resolve()] = read(job, rule, denominator)
-            except RunFolderError as error:
-                lost.append(str(error))
-    return list(lives.values()), lost
+    for job in jobs.values():
+        try:
+            lives.append(read(job, rule, denominator))
+        except RunFolderError as error:
+            lost.append(f"LEFT OUT: {error}")
+    return lives, lost
 
 
 @dataclass(frozen=True)

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from itertools import combinations
 from typing import Any
 
@@ -48,9 +48,10 @@ def labels(names: Sequence[str], settings: Sequence[Settings], presets: Sequence
         which = {index: json.dumps(settings[index], sort_keys=True) for index in members}
         arms = {which[index]: {"scale": presets[index], **settings[index]} for index in reversed(members)}
         keys = telling(list(arms.values()))
+        shown = {key: short(key, {key for arm in arms.values() for key in arm}) for key in keys}
         for index in members:
             arm = arms[which[index]]
-            found[index] = " ".join([name, *(f"{short(key, arm)}={text(arm.get(key, ABSENT))}" for key in keys)])
+            found[index] = " ".join([name, *(f"{shown[key]}={text(arm.get(key, ABSENT))}" for key in keys)])
     return found
 
 
@@ -68,10 +69,10 @@ def telling(arms: Sequence[Settings]) -> list[str]:
     return [stands[split] for split in next(ways, tuple(stands))]
 
 
-def short(key: str, settings: Settings) -> str:
-    """The last word of a dotted key, where no other setting ends in it."""
+def short(key: str, keys: Iterable[str]) -> str:
+    """The last word of a dotted key, where no other ends in it."""
     last = key.rpartition(".")[2]
-    return last if sum(other.rpartition(".")[2] == last for other in settings) == 1 else key
+    return last if sum(other.rpartition(".")[2] == last for other in keys) == 1 else key
 
 
 def text(value: Any) -> str:

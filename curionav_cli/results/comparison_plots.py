@@ -24,6 +24,7 @@ SPARE = (  # for agents without a look of their own, and for a second arm of one
 )
 POINTS = 200  # of a drawn curve
 MARKS = 8  # on it
+GREY = "#6b7280"
 
 
 class Look(NamedTuple):
@@ -36,9 +37,11 @@ class Look(NamedTuple):
 
 def looks(arms: dict[str, str]) -> dict[str, Look]:
     """A look for each arm (label -> agent): the first of an agent has the agent's own, the others spare ones."""
-    spare, own, found = cycle(SPARE), dict(STYLES), {}
-    for (arm, agent), marker in zip(arms.items(), cycle(MARKERS)):
-        color, dashes = own.pop(agent) if agent in own else next(spare)
+    own = dict(zip(STYLES, zip(STYLES.values(), MARKERS)))
+    spare = zip(cycle(SPARE), cycle(MARKERS[len(STYLES):]))
+    found = {}
+    for arm, agent in arms.items():
+        (color, dashes), marker = own.pop(agent) if agent in own else next(spare)
         found[arm] = Look(color, dashes, marker)
     return found
 
@@ -47,16 +50,18 @@ def environment(field: Field, look: dict[str, Look], pairs: Sequence[Row], base:
     """Coverage over steps, the area under it, and its paired differences to `base`. meaning: what counts as covered."""
     used = {arm: look[arm] for arm in field.arms}
     cells = next(iter(field.arms.values()))[0].curve.total
-    figure, (left, middle, right) = panels(f"{field.env}, {cells:,} {meaning}", used)
+    figure, (left, middle, right) = panels(
+        f"{field.env}, {cells:,} {meaning}: mean, 95 % t interval, and every seed", used)
     draw_curves(left, field, used)
     scores = {arm: field.scores(arm) for arm in used}
     draw_rows(middle, used, {arm: mean_interval(areas) for arm, areas in scores.items()}, scores)
-    middle.set(xlabel="area under the curve", title="b  mean, 95 % t interval, seeds")
+    name(middle, "b  area under the curve", "mean share of the cells")
     beside = against(pairs, base, field.env)
     draw_rows(right, used, {other: row["difference"] for other, row in beside.items()},
               {other: field.difference(row["arm"], row["minus"]) for other, row in beside.items()})
     write_beside(right, used, {other: f"n = {row['n']}\np = {row['p']:.2g}" for other, row in beside.items()})
-    reference_line(right, 0, "difference of the area, same seeds", f"c  {direction(beside, base, 'minus')}")
+    right.axvline(0, color=GREY, linewidth=0.8, zorder=0)
+    name(right, f"c  {direction(beside, base, 'minus')}", "difference, same seeds")
     return figure
 
 
@@ -64,18 +69,20 @@ def over_all(comparison: Comparison, look: dict[str, Look], pairs: Sequence[Row]
              profiles: dict[str, Estimate], thresholds: np.ndarray) -> Figure:
     """Performance profiles at `thresholds` (K,), interquartile means, and probabilities of improvement over `base`."""
     envs = ", ".join(field.env for field in comparison.common)
-    figure, (left, middle, right) = panels(f"{envs}: {sum(row['n'] for row in rows)} runs", look)
+    figure, (left, middle, right) = panels(
+        f"{envs}: {sum(row['n'] for row in rows)} runs, 95 % interval of a stratified bootstrap", look)
     for arm in look:
         draw_line(left, thresholds, profiles[arm], arm, look)
-    left.set(xlabel="area under the curve", ylabel="share of runs above it", ylim=(0, 1.02),
-             xlim=(thresholds[0], thresholds[-1]), title="a  performance profile")
+    left.set(ylabel="share of the runs above it", ylim=(0, 1.02), xlim=(thresholds[0], thresholds[-1]))
+    name(left, "a  performance profile", "area under the curve")
     draw_rows(middle, look, {row["arm"]: row["interquartile_mean"] for row in rows},
               {arm: np.concatenate([field.scores(arm) for field in comparison.common]) for arm in look})
-    middle.set(xlabel="area under the curve", title="b  interquartile mean, runs")
+    name(middle, "b  interquartile mean, every run", "area under the curve")
     beside = against(pairs, base, ALL)
     draw_rows(right, look, {other: row["improvement"] for other, row in beside.items()}, {})
     right.set_xlim(-0.04, 1.04)
-    reference_line(right, 0.5, "probability of improvement", f"c  {direction(beside, base, 'over')}")
+    right.axvline(0.5, color=GREY, linewidth=0.8, zorder=0)
+    name(right, f"c  {direction(beside, base, 'over')}", "probability of improvement")
     return figure
 
 
@@ -86,6 +93,8 @@ def panels(title: str, look: dict[str, Look]) -> tuple[Figure, list[Axes]]:
     right.sharey(middle)
     middle.set_yticks(range(len(look)), [arm.replace(" ", "\n") for arm in look])
     middle.set_ylim(len(look) - 0.4, -0.6)
+    for label, (color, _, _) in zip(middle.get_yticklabels(), look.values()):
+        label.set_color(color)
     right.tick_params(axis="y", labelleft=False)
     for axes in (middle, right):
         axes.grid(axis="x", color="#e5e7eb", linewidth=0.6)
@@ -100,7 +109,8 @@ def draw_curves(axes: Axes, field: Field, look: dict[str, Look]) -> None:
         shares = 100 * field.shares(arm, steps)
         axes.plot(steps, shares.T, color=look[arm].color, linewidth=0.4, alpha=0.5)
         draw_line(axes, steps, mean_interval(shares), arm, look)
-    axes.set(xlabel="steps", ylabel="coverage (%)", xlim=(0, field.horizon), title="a  mean, 95 % t interval, seeds")
+    axes.set(ylabel="share of the cells (%)", xlim=(0, field.horizon))
+    name(axes, "a  coverage", "steps")
     axes.set_ylim(0, min(102, axes.get_ylim()[1]))
     axes.xaxis.set_major_formatter(EngFormatter(sep=""))
 
@@ -132,9 +142,9 @@ def write_beside(axes: Axes, look: dict[str, Look], words: dict[str, str]) -> No
         axes.text(1.02, row, words.get(arm, ""), transform=axes.get_yaxis_transform(), va="center", fontsize=7)
 
 
-def reference_line(axes: Axes, where: float, label: str, title: str) -> None:
-    axes.axvline(where, color="#6b7280", linewidth=0.8, zorder=0)
-    axes.set(xlabel=label, title=title)
+def name(axes: Axes, title: str, label: str) -> None:
+    axes.set_title(title, loc="left")
+    axes.set_xlabel(label)
 
 
 def against(pairs: Sequence[Row], base: str, env: str) -> dict[str, Row]:
