@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import re
 import shlex
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from datetime import datetime
 from functools import cached_property
 from pathlib import Path
 
 import numpy as np
-from matplotlib.figure import Figure
 
 from curionav_cli.commands.summary import a_console, print_columns, print_files, write_text
 from curionav_cli.commands.words import one_of, sorted_out
@@ -107,27 +106,29 @@ class Report:
     def rows(self, name: str) -> list[Row]:
         return [row for table in self.tables if table.name == name for row in table.rows]
 
-    def figures(self) -> Iterator[tuple[str, Figure]]:
-        """One for each environment and one over all of them."""
-        comparison, base = self.comparison, self.baseline or next(iter(self.comparison.arms))
-        look = comparison_plots.looks(comparison.arms)
-        for field in comparison.fields:
-            yield field.env, comparison_plots.environment(field, look, self.rows("pairs"), base, self.counted)
-        if comparison.common:
-            most = max(field.scores(arm).max() for field in comparison.common for arm in field.arms)
-            thresholds = np.linspace(0, most, THRESHOLDS)
-            profiles = estimates.profiles(comparison, thresholds, np.random.default_rng(0))
-            yield estimates.ALL, comparison_plots.over_all(comparison, look, self.rows("pairs"), base,
-                                                           self.rows("overall"), profiles, thresholds)
+
+def draw(report: Report, folder: Path) -> list[str]:
+    """A figure for each environment and one over all of them; their names in the folder."""
+    comparison, pairs = report.comparison, report.rows("pairs")
+    base, look = report.baseline or next(iter(comparison.arms)), comparison_plots.looks(comparison.arms)
+    figures = {field.env: comparison_plots.environment(field, look, pairs, base, report.counted)
+               for field in comparison.fields}
+    if comparison.common:
+        most = max(field.scores(arm).max() for field in comparison.common for arm in field.arms)
+        thresholds = np.linspace(0, most, THRESHOLDS)
+        profiles = estimates.profiles(comparison, thresholds, np.random.default_rng(0))
+        figures[estimates.ALL] = comparison_plots.over_all(comparison, look, pairs, base, report.rows("overall"),
+                                                           profiles, thresholds)
+    names = {env: f"figures/{re.sub('[^A-Za-z0-9.=-]+', '_', env)}.png" for env in figures}
+    (folder / "figures").mkdir(parents=True, exist_ok=True)
+    for env, figure in figures.items():
+        plots.save(figure, folder / names[env])
+    return list(names.values())
 
 
 def write(report: Report, folder: Path) -> list[str]:
     """Figures, CSV files, a page and a LaTeX file; their names in the folder."""
-    (folder / "figures").mkdir(parents=True, exist_ok=True)
-    pictures = []
-    for name, figure in report.figures():
-        pictures.append(f"figures/{re.sub('[^A-Za-z0-9.=-]+', '_', name)}.png")
-        plots.save(figure, folder / pictures[-1])
+    pictures = draw(report, folder)
     runs = list(estimates.run_rows(report.comparison, report.at))
     texts = {"comparison.md": markdown(report.command, report.notes, report.tables, pictures),
              "comparison.tex": latex(report.command, report.notes, report.tables), "runs.csv": comma_separated(runs),

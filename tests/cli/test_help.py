@@ -51,7 +51,7 @@ def test_help_of_explore_names_every_choice_and_setting(cli: Cli) -> None:
         assert "schema" not in choices and "hydra" not in choices
 
 
-@pytest.mark.parametrize("command", ["dock", "compare"])
+@pytest.mark.parametrize("command", ["dock"])
 @pytest.mark.parametrize("words", [[], ["env=small_room", "-m", "--foo", "3"]])
 def test_what_is_still_to_come_says_so(cli: Cli, command: str, words: list[str]) -> None:
     answer = cli(command, *words)
