@@ -82,7 +82,7 @@ def leftovers(run: Path) -> dict:
     """All that a training leaves behind, without what a clock wrote."""
     files: dict = {str(path.relative_to(run)): path.read_bytes()
                    for path in sorted((run / "checkpoint").rglob("*")) if path.is_file()}
-    files["metrics"] = [{k: v for k, v in row.items() if not k.startswith("seconds_")} for row in rows(run)]
+    files["metrics"] = [{k: v for k, v in row.items() if "seconds_" not in k} for row in rows(run)]
     return {**files, "status": status(run), "fixed": (run / "fixed.json").read_bytes()}
 
 
