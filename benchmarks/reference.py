@@ -95,7 +95,7 @@ def picture(env: str, curves: dict[str, list[Curve]]) -> Figure:
     figure = Figure((6.4, 3.8), layout="constrained")
     axes = figure.add_subplot()
     for name, lives in curves.items():
-        colour, dashes = plots.STYLES[name]
+        colour, dashes, _ = plots.STYLES[name]
         for number, life in enumerate(lives):
             steps = np.unique(np.geomspace(100, life.steps, 300).astype(int))
             axes.plot(steps, 100 * life.at(steps) / life.total, color=colour, linestyle=dashes, linewidth=1.1,

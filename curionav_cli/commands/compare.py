@@ -110,7 +110,7 @@ class Report:
 def draw(report: Report, folder: Path) -> list[str]:
     """A figure for each environment and one over all of them; their names in the folder."""
     comparison, pairs = report.comparison, report.rows("pairs")
-    base, look = report.baseline or next(iter(comparison.arms)), comparison_plots.looks(comparison.arms)
+    base, look = report.baseline or next(iter(comparison.arms)), plots.looks(comparison.arms)
     figures = {field.env: comparison_plots.environment(field, look, pairs, base, report.counted)
                for field in comparison.fields}
     if comparison.common:

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from itertools import cycle
-from typing import Any, NamedTuple
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -13,37 +11,13 @@ from matplotlib.ticker import EngFormatter
 
 from curionav_cli.results.comparison import Comparison, Field
 from curionav_cli.results.estimates import ALL
-from curionav_cli.results.plots import STYLES
+from curionav_cli.results.plots import Look
 from curionav_cli.results.statistics import Estimate, mean_interval
 from curionav_cli.results.tables import Row
 
-MARKERS = "os^DvPX<>p*h"
-SPARE = (  # for agents without a look of their own, and for a second arm of one that has it
-    ("#6d28d9", (0, (5, 1, 1, 1))), ("#be185d", (0, (3, 1))), ("#0f766e", (0, (6, 2, 2, 2))), ("#111827", (0, (1, 2))),
-    ("#7f1d1d", (0, (8, 2))), ("#0284c7", (0, (4, 1, 1, 1, 1, 1))), ("#4d7c0f", (0, (2, 2))),
-)
 POINTS = 200  # of a drawn curve
 MARKS = 8  # on it
 GREY = "#6b7280"
-
-
-class Look(NamedTuple):
-    """How an arm is drawn; dashes and markers tell arms apart in greyscale."""
-
-    color: str
-    dashes: Any
-    marker: str
-
-
-def looks(arms: dict[str, str]) -> dict[str, Look]:
-    """A look for each arm (label -> agent): the first of an agent has the agent's own, the others spare ones."""
-    own = dict(zip(STYLES, zip(STYLES.values(), MARKERS)))
-    spare = zip(cycle(SPARE), cycle(MARKERS[len(STYLES):]))
-    found = {}
-    for arm, agent in arms.items():
-        (color, dashes), marker = own.pop(agent) if agent in own else next(spare)
-        found[arm] = Look(color, dashes, marker)
-    return found
 
 
 def environment(field: Field, look: dict[str, Look], pairs: Sequence[Row], base: str, meaning: str) -> Figure:

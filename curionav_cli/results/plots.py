@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from functools import partial
 from itertools import cycle
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import matplotlib
 import numpy as np
@@ -19,15 +19,26 @@ from curionav_cli.records import FloorPlan, write_whole
 from curionav_cli.results.coverage import Coverage
 from curionav_cli.results.runs import Run
 
-Look = tuple[str, Any]
-# One look for each agent, everywhere; the dashes tell them apart in greyscale.
-STYLES: dict[str, Look] = {
-    "lbs_dreamer": ("#0b5fa5", "-"), "random": ("#8a8a8a", ":"), "sticky": ("#b7791f", "-."),
-    "bounce": ("#c2410c", "--"), "frontier": ("#15803d", (0, (1, 1))),
-    "cbet": ("#be185d", (0, (5, 1))), "cbet_lifelong": ("#7f1d1d", (0, (3, 1, 1, 1, 1, 1))),
+
+class Look(NamedTuple):
+    """How an arm is drawn; dashes and markers tell arms apart in greyscale."""
+
+    color: str
+    dashes: Any
+    marker: str
+
+
+# One look for each agent, everywhere.
+STYLES = {
+    "lbs_dreamer": Look("#0b5fa5", "-", "o"), "random": Look("#8a8a8a", ":", "s"),
+    "sticky": Look("#b7791f", "-.", "^"), "bounce": Look("#c2410c", "--", "D"),
+    "frontier": Look("#15803d", (0, (1, 1)), "v"), "cbet": Look("#be185d", (0, (5, 1)), "P"),
+    "cbet_lifelong": Look("#7f1d1d", (0, (3, 1, 1, 1, 1, 1)), "X"),
 }
-OTHERS: tuple[Look, ...] = (  # agents of other names, and variants of one agent, in their order
-    ("#6d28d9", (0, (5, 1, 1, 1))), ("#0e7490", "-"), ("#be185d", "--"), ("#4d7c0f", "-."), ("#92400e", ":"),
+OTHERS = (  # for agents of other names, and for all but the first arm of one agent
+    Look("#6d28d9", (0, (5, 1, 1, 1)), "<"), Look("#0e7490", (0, (2, 2)), ">"), Look("#111827", (0, (7, 2, 2, 2)), "p"),
+    Look("#4d7c0f", (0, (9, 3)), "*"), Look("#a21caf", (0, (4, 2, 1, 2, 1, 2)), "h"), Look("#0284c7", (0, (2, 1)), "d"),
+    Look("#92400e", (0, (10, 2, 1, 2)), "8"),
 )
 SOLID = "#4b5563"
 VISITS = ListedColormap(matplotlib.colormaps["inferno_r"](np.linspace(0.15, 1, 256)))  # visible on white
@@ -128,20 +139,20 @@ def draw_plan(axes: Axes, plan: FloorPlan, extent: tuple[float, float, float, fl
     axes.set_ylim(max(0, low[0]), min(extent[3], high[0]))
 
 
-def styles(runs: Sequence[Run]) -> dict[str, Look]:
-    """Colour and dashes of every agent among these runs."""
-    others = cycle(OTHERS)
-    return {agent: STYLES.get(agent) or next(others) for agent in dict.fromkeys(run.agent for run in runs)}
+def looks(arms: dict[str, str]) -> dict[str, Look]:
+    """A look for each arm (label -> agent): the first of an agent has the agent's own."""
+    own, others = dict(STYLES), cycle(OTHERS)
+    return {arm: own.pop(agent) if agent in own else next(others) for arm, agent in arms.items()}
 
 
 def curves(runs: Sequence[Run], title: str) -> Figure:
     """Visited cells (left) and their share (right) over steps, the number of cells as a dotted line."""
     figure = Figure((6.4, 3.8), layout="constrained")
     axes = figure.add_subplot()
-    looks = styles(runs)
+    look = looks({run.agent: run.config["agent"]["name"] for run in runs})
     named: set[str] = set()
     for run in runs:
-        colour, dashes = looks[run.agent]
+        colour, dashes, _ = look[run.agent]
         steps = np.unique(np.concatenate([run.curve.found, np.linspace(0, run.curve.steps, 400).astype(int)]))
         axes.plot(steps, run.curve.at(steps), color=colour, linestyle=dashes, linewidth=1.6,
                   label=None if run.agent in named else run.agent)

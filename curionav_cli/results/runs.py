@@ -12,10 +12,10 @@ from typing import Any
 import numpy as np
 
 from curionav_cli.records import FloorPlan, read_arrays
+from curionav_cli.results.arms import flat, labels
 from curionav_cli.results.coverage import Coverage, Curve, cover
 from curionav_cli.storage.run_folder import RunFolder
 
-TOLD = 3  # settings at most
 ACTIONS = ("forward", "left", "right")
 SECONDS = {  # what a run cost: the metrics of each episode that add up to it
     "seconds": ("seconds_acting", "seconds_learning"), "cpu_seconds": ("cpu_seconds_acting", "cpu_seconds_learning"),
@@ -106,15 +106,11 @@ class Run:
 
 
 def tell_apart(runs: Sequence[Run]) -> None:
-    """Runs of one agent with different settings of it get these into their name: 'cbet view=ego'."""
-    by_name: dict[str, list[Run]] = {}
-    for run in runs:
-        by_name.setdefault(run.config["agent"]["name"], []).append(run)
-    for same in by_name.values():
-        settings = [run.config["agent"] for run in same]
-        own = [key for key in settings[0] if any(other.get(key) != settings[0][key] for other in settings)]
-        for run in same:
-            run.variant = "".join(f" {key}={run.config['agent'].get(key)}" for key in own[:TOLD])
+    """Runs of one agent with different settings of it get into their name what tells them apart: 'cbet view=ego'."""
+    settings = [run.config["agent"] for run in runs]
+    names = [agent["name"] for agent in settings]
+    for run, name, label in zip(runs, names, labels(names, list(map(flat, settings)), [run.preset for run in runs])):
+        run.variant = label.removeprefix(name)
 
 
 def job_number(name: str) -> tuple[int, str]:

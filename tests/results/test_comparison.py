@@ -13,7 +13,7 @@ from curionav_cli.results.comparison import compare, measures
 from curionav_cli.results.comparison_tables import arm_table, latex, pair_table
 from curionav_cli.results.coverage import Curve
 from curionav_cli.results.lives import Life
-from curionav_cli.results.plots import save
+from curionav_cli.results.plots import looks, save
 
 
 def a_life(agent="random", seed=0, found=(0, 2, 4), steps=20, env="room", state="done", gaps=(), **settings):
@@ -138,7 +138,7 @@ def test_tables_keep_bounds_and_counts_and_latex_escapes(rng):
 
 def test_every_seed_is_drawn_and_the_same_bytes_again(tmp_path, rng):
     result = compare([*some("lbs_dreamer", range(5)), *some("random", range(3, 8)), *some("unheard_of", [2])])
-    look = comparison_plots.looks(result.arms)
+    look = looks(result.arms)
     pairs = list(estimates.pair_rows(result, None, rng))
     figure = comparison_plots.environment(result.fields[0], look, pairs, "lbs_dreamer", "cells")
     left, middle, right = figure.axes
@@ -161,6 +161,6 @@ def test_every_seed_is_drawn_and_the_same_bytes_again(tmp_path, rng):
 
 def test_no_two_arms_look_alike_and_an_agent_keeps_its_look():
     arms = {f"lbs_dreamer seed={n}": "lbs_dreamer" for n in range(7)} | {"random": "random", "new": "new"}
-    look = comparison_plots.looks(arms)
+    look = looks(arms)
     assert len({str(one.dashes) for one in look.values()}) == len({one.color for one in look.values()}) == 9
-    assert comparison_plots.looks({"random": "random"})["random"] == look["random"]
+    assert looks({"random": "random"})["random"] == look["random"]

@@ -61,8 +61,9 @@ def test_the_curve_ends_at_the_count_and_the_dotted_line_is_the_maximum(a_run):
 
 
 def test_every_agent_has_a_look_of_its_own():
-    assert len(set(map(str, plots.STYLES.values()))) == len(plots.STYLES)
-    assert len({str(dashes) for _, dashes in plots.STYLES.values()}) == len(plots.STYLES)
+    every = [*plots.STYLES.values(), *plots.OTHERS]
+    for part in ("color", "dashes", "marker"):
+        assert len({str(getattr(look, part)) for look in every}) == len(every)
 
 
 def test_a_row_counts_what_the_episodes_hold(a_run):
@@ -96,7 +97,7 @@ def test_variants_of_one_agent_are_told_apart(tmp_path, a_run):
     tell_apart(runs)
     names = ["cbet view=pano", "cbet view=ego", "cbet view=ego", "random", "random"]
     assert [run.agent for run in runs] == names and runs[1].row()["agent"] == "cbet view=ego"
-    looks = plots.styles(runs)
+    looks = plots.looks({run.agent: run.config["agent"]["name"] for run in runs})
     assert list(looks) == names[:1] + names[2:4] and len(set(looks.values())) == 3
     axes = plots.curves(runs, "title").axes[0]
     assert [line.get_label() for line in axes.lines if not line.get_label().startswith("_")] == list(looks)
