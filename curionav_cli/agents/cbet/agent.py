@@ -9,7 +9,6 @@ the loop's K is (0 means no learning). With N = 500, T = 100, B = 20 and E = 4 t
 
 from __future__ import annotations
 
-import math
 import time
 from collections.abc import Callable
 from pathlib import Path
@@ -19,6 +18,7 @@ import numpy as np
 import torch
 
 from curionav_cli.agents.agent import Agent
+from curionav_cli.agents.cbet.acting import actor
 from curionav_cli.agents.cbet.checkpoint import load_learner, load_memory, save_learner, save_memory
 from curionav_cli.agents.cbet.learner import Learner, build_networks
 from curionav_cli.agents.cbet.life import Life
@@ -59,22 +59,19 @@ class CBET(Agent):
     def begin(self) -> None:
         """Forget the episode: a zero memory."""
         self.began = time.process_time()
-        self.memory = self.learner.networks.policy.initial(1)
+        self.actor = actor(self.learner.networks.policy)
         self.acted = Acted()
 
-    @torch.inference_mode()
     def act(self, observation: dict[str, np.ndarray], info: dict[str, Any]) -> int:
         """Sample the policy, and note what its learning will need."""
         self.episode = info["episode"]
         if len(self.acted.log_policy) % self.hyper.unroll == 0:
-            hidden, cell = (part[:, 0].numpy(force=True) for part in self.memory)
-            self.acted.memory.append((hidden.copy(), cell.copy()))
-        image = torch.from_numpy(observation["image"]).to(self.device)[None]
-        logits, self.memory = self.learner.networks.policy.step(image, self.memory)
-        policy = softmax(logits[0].numpy(force=True))
+            self.acted.memory.append(self.actor.memory())
+        log_policy = log_softmax(self.actor.step(observation["image"]))
+        policy = np.exp(log_policy)
         action = min(int(np.searchsorted(policy.cumsum(), self.rng.random(), side="right")), len(policy) - 1)
-        self.acted.log_policy.append(math.log(policy[action]))
-        self.acted.entropy.append(float(-(policy * np.log(policy)).sum()))
+        self.acted.log_policy.append(float(log_policy[action]))
+        self.acted.entropy.append(float(-(policy * log_policy).sum()))
         return action
 
     def learn(self, replay: Replay, iterations: int, tick: Callable[[int], None]) -> dict[str, float]:
@@ -126,7 +123,8 @@ class CBET(Agent):
         self.begin()
 
 
-def softmax(logits: np.ndarray) -> np.ndarray:
-    """(A,) float32 -> probabilities, float64."""
-    weights = np.exp(logits.astype(np.float64) - logits.max())
-    return weights / weights.sum()
+def log_softmax(logits: np.ndarray) -> np.ndarray:
+    """(A,) float32 -> log probabilities, float64; what is not finite stays so, for the learner to find."""
+    with np.errstate(invalid="ignore"):
+        shifted = logits.astype(np.float64) - logits.max()
+        return shifted - np.log(np.exp(shifted).sum())

@@ -15,7 +15,7 @@ from torch import Tensor, nn
 from curionav_cli.config import agent_schema
 
 ACTIONS = 3  # forward, left, right
-COLOURS = 3
+SIDE, COLOURS = 64, 3
 
 
 class Memory(NamedTuple):
@@ -31,7 +31,7 @@ class Eyes(nn.Module):
     def __init__(self, channels: list[int]):
         super().__init__()
         self.layers = nn.ModuleList(nn.Conv2d(i, o, 3, 2, 1) for i, o in pairwise([COLOURS, *channels]))
-        side = 64
+        side = SIDE
         for _ in channels:
             side = (side + 1) // 2
         self.features = side * side * channels[-1]

@@ -3,6 +3,7 @@
 import pytest
 import torch
 
+from curionav_cli.agents.cbet.acting import NumpyActor, TorchActor, actor
 from curionav_cli.agents.cbet.learner import build_networks
 from curionav_cli.agents.cbet.network import Memory, PolicyNetwork
 
@@ -60,3 +61,23 @@ def test_it_sees_colours_and_remembers(network, image):
     logits, memory = network.step(image[0], zero)
     assert (logits != network.step(image[0].flip(-1), zero)[0]).any()
     assert (logits != network.step(image[0], memory)[0]).any()
+
+
+def test_acting_in_numpy_is_acting_in_torch(network, image):
+    numpy, torchs = NumpyActor(network), TorchActor(network)
+    assert type(actor(network)) is NumpyActor and not numpy.memory()[0].any()
+    for frame in image[:, 0].numpy():
+        torch.testing.assert_close(*(torch.from_numpy(each.step(frame)) for each in (numpy, torchs)))
+        for ours, theirs in zip(numpy.memory(), torchs.memory(), strict=True):
+            torch.testing.assert_close(torch.from_numpy(ours), torch.from_numpy(theirs))
+    kept = numpy.memory()
+    numpy.step(image[0, 1].numpy())
+    assert (kept[0] != numpy.memory()[0]).any()
+
+
+def test_acting_keeps_the_weights_of_its_beginning(network, image):
+    begun, frame = NumpyActor(network), image[0, 0].numpy()
+    with torch.no_grad():
+        for weight in network.parameters():
+            weight.mul_(1.5)
+    assert (begun.step(frame) != NumpyActor(network).step(frame)).any()
