@@ -92,7 +92,7 @@ def test_rewards_are_scaled_clipped_and_told_apart_by_kind(tiny, learner, batch)
 
 
 def test_rewards_that_fade_keep_their_size(tiny, learner, batch):
-    made = learner(tiny("cbet_lifelong", reward="motion"))
+    made = learner(tiny("cbet_lifelong", reward="motion", coefficient={"motion": 1.0}))
     for fade in (1.0, 0.1, 0.01):
         for _ in range(120):
             reward, _ = made.scaled(fade * batch.bonus)
