@@ -1,7 +1,11 @@
-"""curionav coverage RUN...: coverage counted again from stored poses, by any marking rule and denominator."""
+"""curionav coverage RUN...: coverage counted again from stored poses, by any marking rule and denominator.
+
+Where the agent predicted what it would see, its predictions are drawn too.
+"""
 
 from __future__ import annotations
 
+from curionav_cli.commands import predictions
 from curionav_cli.commands.summary import a_console, print_files, print_table
 from curionav_cli.commands.words import sorted_out
 from curionav_cli.errors import ConfigError
@@ -28,8 +32,14 @@ def run(words: list[str]) -> int:
     counted = [Run(folder, rule, denominator) for folder in folders for rule in rules for denominator in denominators]
     console = a_console()
     print_table([one.row() for one in counted], console, SHOWN)
-    for folder in folders:
-        print_files(console, folder.path, [name for one in counted if one.folder is folder for name in draw(one)])
+    runs = [Run(folder) for folder in folders]
+    for line in filter(None, map(predictions.line, runs)):
+        console.print(line, soft_wrap=True, highlight=False)
+    for one in runs:
+        made = [name for way in counted if way.folder is one.folder for name in draw(way)]
+        print_files(console, one.folder.path, made + predictions.draw(one))
+    for path in predictions.draw_seeds(runs):
+        print_files(console, path.parent, [path.name])
     return 0
 
 

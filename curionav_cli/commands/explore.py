@@ -72,13 +72,15 @@ class Exploration:
 
 def draw(run: RunFolder) -> None:
     """The run's figures and table."""
-    from curionav_cli.results import plots, tables  # matplotlib is loaded once there is something to draw
+    from curionav_cli.commands import predictions  # matplotlib is loaded once there is something to draw
+    from curionav_cli.results import plots, tables
     from curionav_cli.results.runs import Run
 
     result = Run(run)
     share = f"{result.coverage.share:.1%} of {result.coverage.total} {result.denominator} cells"
     plots.save(plots.heatmap(result.coverage, f"{result.label}\n{share}"), run.figures / "heatmap.png")
     plots.save(plots.curves([result], result.label), run.figures / "coverage.png")
+    predictions.draw(result)
     row = {**result.row(), "state": "done"}
     run.write("table.md", tables.markdown([row]))
     run.write("results.csv", tables.comma_separated([row]))

@@ -41,7 +41,8 @@ def show_run(folder: Path, console: Console) -> None:
     """The end of one run."""
     row = Run.open(folder).row()
     print_table([row], console)
-    print_files(console, folder, ("figures/heatmap.png", "figures/coverage.png", "table.md", "episodes"))
+    print_files(console, folder, ("figures/heatmap.png", "figures/coverage.png", "figures/predictions.png",
+                                  "figures/prediction_error.png", "table.md", "episodes"))
     on = f"curionav resume {shlex.quote(str(folder))}"
     print_next(console, [f"{on} loop.episodes=50   (the same run, longer)" if row["state"] == "done" else on,
                          "curionav explore -m agent=lbs_dreamer,random,bounce seed=0,1,2,3,4",

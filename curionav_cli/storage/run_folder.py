@@ -9,7 +9,7 @@
     episodes/        000000.npz ...
     predictions/     000000.npz ... what the agent expected of an episode before it learned from it
     checkpoint/      the state of the agent after the last two episodes
-    figures/         heatmap.png, coverage.png
+    figures/         heatmap.png, coverage.png, predictions.png, prediction_error.png
     table.md  results.csv
 """
 

@@ -14,7 +14,7 @@ from curionav_cli.records import Episode, Foresight
 from curionav_cli.storage.replay import NO_ACTION
 
 CONTEXT, HORIZON = 5, 20
-STEPS = np.array([-2, 0, 1, 3, 5, 8, 11, 15, 20])  # that are drawn, counted from the last frame that is seen
+STEPS = np.array([0, 1, 3, 5, 8, 11, 15, 20])  # that are drawn, counted from the last frame that is seen
 SHOWN, MEASURED = 6, 16  # windows
 
 

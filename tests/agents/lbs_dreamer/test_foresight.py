@@ -18,10 +18,10 @@ def long(replay):
 
 def test_the_record_holds_pictures_where_they_belong_and_the_errors_of_all_steps(agent, long):
     seen = agent().foresee(3, long)
-    assert seen.step.tolist() == [-2, 0, 1, 3, 5, 8, 11, 15, 20]
-    assert seen.frame.shape == (SHOWN, 9) and seen.image.shape == (SHOWN, 9, 64, 64, 3)
+    assert seen.step.tolist() == [0, 1, 3, 5, 8, 11, 15, 20]
+    assert seen.frame.shape == (SHOWN, 8) and seen.image.shape == (SHOWN, 8, 64, 64, 3)
     assert (np.diff(seen.frame, axis=1) == np.diff(seen.step)).all()
-    assert (seen.frame[:, 1] >= CONTEXT - 1).all() and seen.frame.max() < len(long.image)
+    assert (seen.frame[:, 0] >= CONTEXT - 1).all() and seen.frame.max() < len(long.image)
     assert seen.error.shape == seen.repeat.shape == (MEASURED, HORIZON)
 
 
@@ -92,6 +92,6 @@ def test_the_agent_is_left_as_it_was_and_the_same_is_foreseen_again(agent, repla
 
 def test_a_short_episode_is_foreseen_as_far_as_it_goes(agent, replay):
     short = agent().foresee(0, replay(1, 12).episode(0))
-    assert short.step.tolist() == [-2, 0, 1, 3, 5, 8] and short.error.shape == (MEASURED, 8)
+    assert short.step.tolist() == [0, 1, 3, 5, 8] and short.error.shape == (MEASURED, 8)
     assert short.metrics().keys() == {f"{name}_mse_{n}" for name in ("open_loop", "repeat") for n in (1, 5)}
     assert agent().foresee(0, replay(1, CONTEXT - 1).episode(0)) is None

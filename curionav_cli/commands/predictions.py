@@ -1,0 +1,57 @@
+"""What agents expected of their episodes: figures and a line of numbers for every run that has predictions."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Sequence
+from pathlib import Path
+
+from curionav_cli.results import foreseen, plots, predictions
+from curionav_cli.results.foreseen import Errors
+from curionav_cli.results.runs import Run
+
+
+def draw(run: Run) -> list[str]:
+    """The run's figures of predictions; their names in its folder, none where it has no predictions."""
+    errors = foreseen.errors(run)
+    if errors is None:
+        return []
+    last = max(run.folder.foresight_paths())
+    held_out = f"{run.label}, before learning from the episode"
+    figures = {"predictions": predictions.pictures(predictions.chosen(foreseen.strips(run)), held_out),
+               "prediction_error": predictions.error_curve(
+                   errors, run.agent, f"episodes {last - len(errors.predicted) + 1} to {last}", run.label)}
+    for name, figure in figures.items():
+        plots.save(figure, run.folder.figures / f"{name}.png")
+    return [f"figures/{name}.png" for name in figures]
+
+
+def draw_seeds(runs: Sequence[Run]) -> list[Path]:
+    """The error over the seeds of one agent in one environment, in the folder that holds these runs."""
+    drawn = []
+    for env, agent in dict.fromkeys((run.env, run.agent) for run in runs):
+        same = [run for run in runs if (run.env, run.agent) == (env, agent)]
+        several = [errors for run in same if (errors := foreseen.errors(run))]
+        if len(several) < 2:
+            continue
+        folder = Path(os.path.commonpath([run.folder.path.resolve() for run in same])) / "figures"
+        folder.mkdir(exist_ok=True)
+        figure = predictions.error_curve(foreseen.over_runs(several), agent, f"{len(several)} seeds", f"{env}, {agent}")
+        drawn.append(folder / f"prediction_error_{env}_{agent}.png")
+        plots.save(figure, drawn[-1])
+    return drawn
+
+
+def line(run: Run) -> str | None:
+    """Mean squared errors in words."""
+    errors: Errors | None = foreseen.errors(run)
+    if errors is None:
+        return None
+    steps = [n for n in (1, 5, 15) if n <= errors.predicted.shape[1]]
+    ours, still = zip(*(errors.after(n) for n in steps))
+    return (f"{run.label}: open-loop error after {numbers(steps, '{}')} steps {numbers(ours, '{:.4f}')}, "
+            f"of the repeated last frame {numbers(still, '{:.4f}')}, over the newest {len(errors.predicted)} episodes")
+
+
+def numbers(values: Sequence[float], form: str) -> str:
+    return ", ".join(form.format(value) for value in values)

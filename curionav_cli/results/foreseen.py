@@ -1,0 +1,90 @@
+"""What an agent expected of episodes before it learned from them, beside what it then saw."""
+
+from __future__ import annotations
+
+import json
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from curionav_cli.records import Foresight, read_arrays
+from curionav_cli.results import moved
+from curionav_cli.results.runs import Run
+
+NEWEST = 5  # episodes; the agent hardly changes over them
+
+
+class Strip(NamedTuple):
+    """One window of an episode at F steps, counted from the last frame that the agent saw.
+
+    step (F,); frame (F,), of the episode; truth and predicted (F, 64, 64, 3) uint8; pose (F, 3); places in
+    metres where objects that moved before the episode stood and stand; circles (F): around what differs because
+    of them.
+    """
+
+    episode: int
+    step: np.ndarray
+    frame: np.ndarray
+    truth: np.ndarray
+    predicted: np.ndarray
+    pose: np.ndarray
+    places: list[tuple[float, float]]
+    circles: list[list[moved.Ellipse]]
+
+
+class Errors(NamedTuple):
+    """Mean squared errors in units of [0, 1] after 1 to H steps, one row an episode or a run: (N, H) each."""
+
+    predicted: np.ndarray
+    repeated: np.ndarray
+
+    def after(self, steps: int) -> tuple[float, float]:
+        return float(self.predicted[:, steps - 1].mean()), float(self.repeated[:, steps - 1].mean())
+
+
+def newest(run: Run) -> dict[int, Foresight]:
+    """The predictions of the newest episodes, oldest first; none where the agent predicts nothing."""
+    return {index: Foresight.load(path) for index, path in list(run.folder.foresight_paths().items())[-NEWEST:]}
+
+
+def errors(run: Run) -> Errors | None:
+    """Of the newest episodes, each the mean of its windows."""
+    found = newest(run).values()
+    if not found:
+        return None
+    return Errors(np.stack([one.error.mean(0) for one in found]), np.stack([one.repeat.mean(0) for one in found]))
+
+
+def over_runs(several: list[Errors]) -> Errors:
+    """One row a run, as far as all of them predicted."""
+    steps = min(one.predicted.shape[1] for one in several)
+    return Errors(*(np.stack([one[part].mean(0)[:steps] for one in several]) for part in range(2)))
+
+
+def strips(run: Run) -> list[Strip]:
+    """Every window of the newest episodes, the newest episode first."""
+    env = run.config["env"]
+    camera = moved.Camera(env["camera"], math.tan(math.radians(env["fov"] / 2)))
+    found = [window for index, one in reversed(newest(run).items()) for window in windows(run, index, one)]
+    differences = [moved.difference(window.predicted, window.truth) for window in found]
+    usual = [moved.usual(np.stack(same)) for same in zip(*differences)]
+    return [window._replace(circles=circles(window, difference, usual, camera))
+            for window, difference in zip(found, differences)]
+
+
+def windows(run: Run, index: int, foresight: Foresight) -> list[Strip]:
+    """Predictions beside the episode's own frames; no circles yet."""
+    lived = read_arrays(run.folder.episode_path(index), ("image", "pose", "events"))
+    places = moved.places(json.loads(str(lived["events"])))
+    return [Strip(index, foresight.step, frame, lived["image"][frame], image, lived["pose"][frame], places, [])
+            for frame, image in zip(foresight.frame, foresight.image)]
+
+
+def circles(window: Strip, difference: np.ndarray, usual: list[float], camera: moved.Camera
+            ) -> list[list[moved.Ellipse]]:
+    """For every step of a window; a step that was seen has none. difference (F, 64, 64), usual (F)."""
+    return [[moved.ellipse(region) for region in
+             moved.regions(apart, one_usual, moved.around(window.places, pose, camera, len(apart)))]
+            if step > 0 else []
+            for step, apart, one_usual, pose in zip(window.step, difference, usual, window.pose)]
