@@ -37,15 +37,15 @@ def pictures(strips: Sequence[Strip], title: str) -> Figure:
     top = np.arange(len(strips)) * (2 * SIDE + GAP + BREAK)
     wide, high = left[-1] + SIDE, top[-1] + 2 * SIDE + GAP
     canvas = np.full((high, wide, 3), 255, np.uint8)
-    for strip, y in zip(strips, top):
+    for strip, y in zip(strips, top.tolist()):
         for x, truth, predicted in zip(left, strip.truth, strip.predicted):
             canvas[y:y + SIDE, x:x + SIDE] = truth
             canvas[y + SIDE + GAP:y + 2 * SIDE + GAP, x:x + SIDE] = predicted
     figure, axes = a_canvas(canvas, title)
     label_steps(axes, step, left)
-    for strip, y in zip(strips, top):
+    for strip, y in zip(strips, top.tolist()):
         label_rows(axes, strip, y)
-        for x, circles in zip(left, strip.circles):
+        for x, circles in zip(left.tolist(), strip.circles):
             for row in (y, y + SIDE + GAP):
                 for circle in circles:
                     draw_circle(axes, circle, x, row)

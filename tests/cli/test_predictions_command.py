@@ -1,0 +1,42 @@
+"""curionav coverage draws what a run foresaw, alone and over seeds; a run without predictions is no error."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from entry import Cli
+from tiny import LEARNER
+
+from curionav_cli.results.foreseen import errors
+from curionav_cli.results.runs import Run
+
+FIGURES = ("predictions.png", "prediction_error.png")
+
+
+def test_a_learner_s_runs_are_drawn_alone_and_over_seeds(cli: Cli, tmp_path: Path) -> None:
+    for seed in (0, 1):
+        words = [word for word in LEARNER if not word.startswith("loop.episodes")]
+        answer = cli("explore", *words, "loop.episodes=2", f"seed={seed}", f"hydra.run.dir=runs/{seed}")
+        assert answer.code == 0 and "figures/predictions.png" in answer.out, answer.error
+        for name in FIGURES:
+            (tmp_path / "runs" / str(seed) / "figures" / name).unlink()
+    answer = cli("coverage", "runs", "marking=landing", "denominator=visitable")
+    assert answer.code == 0, answer.error
+    for seed in (0, 1):
+        run = Run.open(tmp_path / "runs" / str(seed))
+        found = errors(run)
+        line = next(line for line in answer.out.splitlines() if f"seed {seed}: open-loop error" in line)
+        assert found and f"after 1, 5 steps {found.after(1)[0]:.4f}, {found.after(5)[0]:.4f}" in line
+        assert found.after(5)[0] == pytest.approx(np.mean([row["open_loop_mse_5"] for row in run.folder.metrics()]))
+        assert all((run.folder.figures / name).stat().st_size > 3000 for name in FIGURES)
+    over_seeds = "runs/figures/prediction_error_small_room_lbs_dreamer.png"
+    assert over_seeds in answer.out and (tmp_path / over_seeds).stat().st_size > 3000
+
+
+def test_an_agent_that_predicts_nothing_is_no_error(cli: Cli, tmp_path: Path) -> None:
+    assert cli("explore", "agent=bounce", "loop.steps=10", "loop.episodes=1", "hydra.run.dir=run").code == 0
+    answer = cli("coverage", "run")
+    assert answer.code == 0 and "open-loop" not in answer.out and "predictions" not in answer.out
+    assert not (tmp_path / "run" / "predictions").exists()
