@@ -2,8 +2,9 @@
 
 A world model's pictures are blurred, so they differ from the truth along every edge. Three things set a moved
 object apart. Its difference has one sign over an area, so that it outlives smoothing, which cancels the two
-sides of a blurred edge. It is larger than is usual in this run so many steps ahead. And it lies where an object
-of the episode's events stood or stands.
+sides of a blurred edge. It is larger than is usual in this run so many steps ahead, and in the rest of the same
+picture: where all is guessed wrong, no object is to blame. And it lies where an object of the episode's events
+stood or stands.
 """
 
 from __future__ import annotations
@@ -16,7 +17,8 @@ import cv2
 import numpy as np
 
 SMOOTHING = 2.0  # pixels
-UNUSUAL = 2.0  # times the usual difference
+USUAL = 0.9  # of all pixels differ by less than what is called usual
+UNUSUAL = 1.75  # times the usual difference
 FAINT = 0.05  # of the range of brightness: nobody would see less
 LEAST_AREA = 20  # pixels
 APART = 4  # pixels; regions that are nearer to each other than twice this are one, as a chair's back and seat
@@ -52,7 +54,7 @@ def difference(predicted: np.ndarray, truth: np.ndarray) -> np.ndarray:
 
 def usual(differences: np.ndarray) -> float:
     """What nine in ten pixels of a run's pictures stay below: (N, H, W) -> one number."""
-    return float(np.quantile(differences, 0.9))
+    return float(np.quantile(differences, USUAL))
 
 
 def places(events: Iterable[dict[str, Any]]) -> list[tuple[float, float]]:
@@ -79,7 +81,9 @@ def around(places: Iterable[tuple[float, float]], pose: np.ndarray, camera: Came
 
 def regions(difference: np.ndarray, usual: float, near: np.ndarray) -> list[np.ndarray]:
     """Masks (H, W) of the unusual regions of a difference (H, W) among the pixels `near` moved objects."""
-    unusual = near & (difference > max(UNUSUAL * usual, FAINT))
+    rest = difference[~near]
+    here = float(np.quantile(rest, USUAL)) if rest.size > LEAST_AREA else 0.0
+    unusual = near & (difference > max(UNUSUAL * max(usual, here), FAINT))
     reach = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (2 * APART + 1, 2 * APART + 1))
     count, labels = cv2.connectedComponents(cv2.dilate(unusual.astype(np.uint8), reach))
     found = [unusual & (labels == n) for n in range(1, count)]
