@@ -67,7 +67,8 @@ def undisturbed(tmp_path_factory):
 
 
 def test_what_was_foreseen_is_among_it(undisturbed):
-    assert [name for name in undisturbed if name.startswith("predictions/")] == [f"predictions/00000{n}.npz" for n in range(4)]
+    foreseen = [name for name in undisturbed if name.startswith("predictions/")]
+    assert foreseen == [f"predictions/00000{n}.npz" for n in range(4)]
     assert all({"open_loop_mse_5", "repeat_mse_5"} <= row.keys() for row in undisturbed["metrics"])
 
 
