@@ -11,7 +11,7 @@ from curionav_cli.commands.words import sorted_out
 from curionav_cli.errors import ConfigError
 from curionav_cli.results import plots
 from curionav_cli.results.coverage import DENOMINATORS, RULES
-from curionav_cli.results.runs import Run
+from curionav_cli.results.runs import Run, tell_apart
 from curionav_cli.storage.run_folder import RunFolder
 
 CHOICES = {"marking": tuple(RULES), "denominator": DENOMINATORS}
@@ -33,6 +33,7 @@ def run(words: list[str]) -> int:
     console = a_console()
     print_table([one.row() for one in counted], console, SHOWN)
     runs = [Run(folder) for folder in folders]
+    tell_apart(runs)
     for line in filter(None, map(predictions.line, runs)):
         console.print(line, soft_wrap=True, highlight=False)
     for one in runs:

@@ -27,7 +27,7 @@ def draw(run: Run) -> list[str]:
 
 
 def draw_seeds(runs: Sequence[Run]) -> list[Path]:
-    """The error over the seeds of one agent in one environment, in the folder that holds these runs."""
+    """The error over the seeds of one agent (or variant) in one environment, in the folder above these runs."""
     drawn = []
     for env, agent in dict.fromkeys((run.env, run.agent) for run in runs):
         same = [run for run in runs if (run.env, run.agent) == (env, agent)]
@@ -37,7 +37,7 @@ def draw_seeds(runs: Sequence[Run]) -> list[Path]:
         folder = Path(os.path.commonpath([run.folder.path.resolve() for run in same])) / "figures"
         folder.mkdir(exist_ok=True)
         figure = predictions.error_curve(foreseen.over_runs(several), agent, f"{len(several)} seeds", f"{env}, {agent}")
-        drawn.append(folder / f"prediction_error_{env}_{agent}.png")
+        drawn.append(folder / f"prediction_error_{env}_{agent.replace(' ', '_')}.png")
         plots.save(figure, drawn[-1])
     return drawn
 

@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 
 from curionav_cli.results.foreseen import Errors, Strip
 from curionav_cli.results.moved import Ellipse
-from curionav_cli.results.plots import OTHER, STYLES
+from curionav_cli.results.plots import OTHERS, STYLES
 
 ROWS = 3  # windows in a figure, at most two of one episode
 SIDE, GAP, BREAK = 64, 4, 14  # pixels: of a frame, between two, between two windows and after what was seen
@@ -100,7 +100,7 @@ def error_curve(errors: Errors, agent: str, over: str, title: str) -> Figure:
     figure = Figure((4.6, 3.2), layout="constrained")
     axes = figure.add_subplot()
     steps = np.arange(1, errors.predicted.shape[1] + 1)
-    colour, dashes = STYLES.get(agent, OTHER)
+    colour, dashes = STYLES.get(agent.split()[0], OTHERS[0])  # a variant's name has its settings behind
     for error, name, style in ((errors.repeated, "the last seen frame, repeated", {"color": PALE, "linestyle": "--"}),
                                (errors.predicted, f"{agent}, open loop", {"color": colour, "linestyle": dashes})):
         mean, spread = error.mean(0), error.std(0, ddof=1) if len(error) > 1 else np.zeros(len(steps))

@@ -40,3 +40,13 @@ def test_an_agent_that_predicts_nothing_is_no_error(cli: Cli, tmp_path: Path) ->
     answer = cli("coverage", "run")
     assert answer.code == 0 and "open-loop" not in answer.out and "predictions" not in answer.out
     assert not (tmp_path / "run" / "predictions").exists()
+
+
+def test_runs_with_other_settings_are_no_seeds_of_each_other(cli: Cli, tmp_path: Path) -> None:
+    short = [word for word in LEARNER if not word.startswith(("loop.episodes", "loop.iterations"))]
+    for name, entropy in (("0", 0.6), ("1", 0.3)):
+        assert cli("explore", *short, "loop.episodes=1", "loop.iterations=0", f"agent.entropy={entropy}",
+                   f"hydra.run.dir=runs/{name}").code == 0
+    answer = cli("coverage", "runs", "marking=landing", "denominator=visitable")
+    assert answer.code == 0 and "lbs_dreamer entropy=0.3, seed 0: open-loop" in answer.out
+    assert not (tmp_path / "runs" / "figures").exists()
