@@ -101,8 +101,9 @@ def error_curve(errors: Errors, agent: str, over: str, title: str) -> Figure:
     axes = figure.add_subplot()
     steps = np.arange(1, errors.predicted.shape[1] + 1)
     look = STYLES.get(agent.split()[0], OTHERS[0])  # a variant's name has its settings behind
-    for error, name, style in ((errors.repeated, "the last seen frame, repeated", {"color": PALE, "linestyle": "--"}),
-                               (errors.predicted, f"{agent}, open loop", {"color": look.color, "linestyle": look.dashes})):
+    drawn = ((errors.repeated, "the last seen frame, repeated", {"color": PALE, "linestyle": "--"}),
+             (errors.predicted, f"{agent}, open loop", {"color": look.color, "linestyle": look.dashes}))
+    for error, name, style in drawn:
         mean, spread = error.mean(0), error.std(0, ddof=1) if len(error) > 1 else np.zeros(len(steps))
         axes.plot(steps, mean, label=name, linewidth=1.6, marker=".", markersize=4, **style)
         axes.fill_between(steps, mean - spread, mean + spread, color=style["color"], alpha=0.18, linewidth=0)
