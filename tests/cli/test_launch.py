@@ -11,8 +11,11 @@ import pytest
 import standin
 
 from curionav_cli.commands.launch import INTERRUPTED, Request, launch
+from curionav_cli.config.agent_schema import Curiosity
 from curionav_cli.config.job import Outcome
+from curionav_cli.config.preflight import plan
 from curionav_cli.config.schema import Config
+from curionav_cli.config.sources import opened
 from curionav_cli.errors import ConfigError, RunFailed
 
 Captured = pytest.CaptureFixture[str]
@@ -149,3 +152,12 @@ def test_logging_is_left_as_it_was(told: Told) -> None:
     before = list(logging.getLogger().handlers), logging.getLogger().level
     assert go(told) == 0
     assert (logging.getLogger().handlers, logging.getLogger().level) == before
+
+
+def test_the_declared_experiment_has_every_curiosity_on_five_seeds() -> None:
+    with opened("explore") as hydra:
+        jobs = plan(hydra, ["experiment=curiosity_controls"], multirun=False).jobs
+    arms = {(word.partition("=")[2], other) for job in jobs for word in job for other in job
+            if word.startswith("agent.curiosity=") and other.startswith("seed=")}
+    assert arms == {(choice.value, f"seed={seed}") for choice in Curiosity for seed in range(5)}
+    assert len(jobs) == len(arms)
