@@ -53,6 +53,11 @@ def test_one_batch_is_learned_by_heart_and_predicted_from_its_first_frames(tiny,
                     encoder_channels=[8, 16, 16], decoder_channels=[16, 8], decoded_share=1.0)
     learner = Learner(settings, networks(settings), torch.Generator().manual_seed(1))
     losses = [learner.update_world_model(data, learner.draw(data.action.shape, False))[1] for _ in range(350)]
+    decoded = learner.networks.world_model.predict(data.image, data.action, 8, noise(8, 3, 8)).flatten(2).float()
+    off = (decoded[:, :, None] - data.image.flatten(2)[:, None].float()).square().mean(-1).sqrt()  # (T, B, B)
+    own = off.diagonal(dim1=1, dim2=2)
+    assert own.max() < 6 and own.mean() < 3  # of 255 levels: to the eye they are the same pictures
+    assert (own <= off.min(-1).values).all()  # and no other sequence's picture of that step is nearer
     assert losses[-1]["image_mse"] < losses[0]["image_mse"] / 10
     assert losses[-1]["posterior_entropy"] < losses[0]["posterior_entropy"]
     predicted = learner.networks.world_model.predict(data.image, data.action, 3, noise(8, 3, 8))
