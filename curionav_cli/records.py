@@ -112,6 +112,19 @@ class Episode:
 
 
 @dataclass(frozen=True)
+class Surprise:
+    """How an episode surprised an agent that had not learned from it, in M windows of L observations.
+
+    frame (M, L) int64, of the episode; kl (M, L) float32, nats between what was expected of a frame and what
+    it was; reward (M, L) float32, what the agent's curiosity expected to be paid there before seeing it.
+    """
+
+    frame: np.ndarray
+    kl: np.ndarray
+    reward: np.ndarray
+
+
+@dataclass(frozen=True)
 class Foresight:
     """What an agent expected of an episode that it had not learned from, seeing little and knowing the actions.
 
@@ -126,6 +139,7 @@ class Foresight:
     image: np.ndarray
     error: np.ndarray
     repeat: np.ndarray
+    surprise: Surprise
 
     def metrics(self) -> dict[str, float]:
         """The mean errors after 1, 5 and 15 steps, as far as the prediction went."""
@@ -134,11 +148,20 @@ class Foresight:
                 for steps in (1, 5, 15) if steps <= error.shape[1]}
 
     def save(self, path: Path) -> None:
-        write_arrays(path, vars(self))
+        own = {key: value for key, value in vars(self).items() if key != "surprise"}
+        write_arrays(path, own | {f"surprise_{key}": value for key, value in vars(self.surprise).items()})
 
     @classmethod
     def load(cls, path: Path) -> Foresight:
-        return cls(**read_arrays(path, ("step", "frame", "image", "error", "repeat")))
+        """Raises RunFolderError where the file is broken."""
+        return cls(**read_arrays(path, ("step", "frame", "image", "error", "repeat")), surprise=cls.load_surprise(path))
+
+    @staticmethod
+    def load_surprise(path: Path) -> Surprise:
+        """The surprise alone, without the images. Raises RunFolderError where the file is broken."""
+        keys = ("frame", "kl", "reward")
+        arrays = read_arrays(path, tuple(f"surprise_{key}" for key in keys))
+        return Surprise(*(arrays[f"surprise_{key}"] for key in keys))
 
 
 def write_arrays(path: Path, arrays: dict[str, np.ndarray]) -> None:

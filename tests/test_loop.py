@@ -6,7 +6,7 @@ import pytest
 
 from curionav_cli.agents.agent import Agent
 from curionav_cli.loop import LearnHere, live
-from curionav_cli.records import Foresight
+from curionav_cli.records import Foresight, Surprise
 from curionav_cli.storage.replay import Replay
 
 
@@ -34,7 +34,8 @@ class Line(gymnasium.Env):
 
 
 FORESEEN = Foresight(np.array([1]), np.array([[3]]), np.zeros((1, 1, 64, 64, 3), np.uint8),
-                     error=np.array([[0.25], [0.75]], np.float32), repeat=np.array([[1.0], [0.0]], np.float32))
+                     error=np.array([[0.25], [0.75]], np.float32), repeat=np.array([[1.0], [0.0]], np.float32),
+                     surprise=Surprise(*np.zeros((3, 1, 1), np.float32)))
 
 
 class Counter(Agent):

@@ -36,6 +36,8 @@ def run(words: list[str]) -> int:
     tell_apart(runs)
     for line in filter(None, map(predictions.line, runs)):
         console.print(line, soft_wrap=True, highlight=False)
+    for table in filter(None, map(predictions.surprise_table, runs)):
+        console.print(table)
     for one in runs:
         made = [name for way in counted if way.folder is one.folder for name in draw(way)]
         print_files(console, one.folder.path, made + predictions.draw(one))

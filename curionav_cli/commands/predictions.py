@@ -6,7 +6,10 @@ import os
 from collections.abc import Sequence
 from pathlib import Path
 
-from curionav_cli.results import foreseen, plots, predictions
+from rich.box import SIMPLE
+from rich.table import Table
+
+from curionav_cli.results import foreseen, novelty, plots, predictions
 from curionav_cli.results.foreseen import Errors
 from curionav_cli.results.runs import Run
 
@@ -51,6 +54,28 @@ def line(run: Run) -> str | None:
     ours, still = zip(*(errors.after(n) for n in steps))
     return (f"{run.label}: open-loop error after {numbers(steps, '{}')} steps {numbers(ours, '{:.4f}')}, "
             f"of the repeated last frame {numbers(still, '{:.4f}')}, over the newest {len(errors.predicted)} episodes")
+
+
+def surprise_table(run: Run) -> Table | None:
+    """Surprise and expected reward of new and known views; None where there are too few predictions."""
+    found = novelty.views(run)
+    if found is None:
+        return None
+    table = Table(box=SIMPLE, pad_edge=False, caption_justify="left", title_justify="left", title=run.label,
+                  caption="KL in nats and expected reward, before learning from the episode. New: no earlier view that "
+                          f"way within {novelty.NEW} m; known: within {novelty.KNOWN} m. KL by position in a window: "
+                          + ", ".join(f"{n}: {nats:.1f}" for n, nats in novelty.by_position(found).items()))
+    headings = ["views", "new", "known", *(f"{signal} {key}" for signal in novelty.SIGNALS
+                                           for key in ("new", "known", "ratio", "auc"))]
+    for heading in headings:
+        table.add_column(heading, justify="left" if heading == "views" else "right", no_wrap=True)
+    for row in novelty.table(found):
+        table.add_row(*(written(row[heading]) for heading in headings))
+    return table
+
+
+def written(cell: str | float | None) -> str:
+    return "-" if cell is None else f"{cell:.2f}" if isinstance(cell, float) else str(cell)
 
 
 def numbers(values: Sequence[float], form: str) -> str:

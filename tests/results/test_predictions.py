@@ -7,12 +7,13 @@ import pytest
 from matplotlib.colors import to_rgb
 from matplotlib.patches import Ellipse
 
-from curionav_cli.records import Foresight
+from curionav_cli.records import Foresight, Surprise
 from curionav_cli.results import foreseen, plots, predictions
 from curionav_cli.results.runs import Run
 from curionav_cli.storage.run_folder import RunFolder
 
 STEP = np.array([0, 1, 3, 5])
+UNSURPRISED = Surprise(np.zeros((1, 1), np.int64), *np.zeros((2, 1, 1), np.float32))
 MOVE = {"what": "move", "item": "chair", "from": [5.0, 0.3], "to": [1.2, 0.3]}
 
 
@@ -31,7 +32,7 @@ def a_run(tmp_path, an_episode, a_plan):
                 image[1, 2, 20:44, 26:40] //= 8
             error = np.full((3, horizon), n / 1000, np.float32) + seed
             run.save_episode(n, episode)
-            run.save_foresight(n, Foresight(STEP, frame, image, error, 2 * error))
+            run.save_foresight(n, Foresight(STEP, frame, image, error, 2 * error, UNSURPRISED))
         return Run.open(run.path)
     return make
 

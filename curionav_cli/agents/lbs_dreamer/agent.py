@@ -91,7 +91,7 @@ class LBSDreamer(Agent):
 
     def foresee(self, index: int, episode: Episode) -> Foresight | None:
         rng = np.random.default_rng([self.seed, FORESIGHT_STREAM, index])
-        return foresee(self.learner.networks.world_model, episode, rng, self.device)
+        return foresee(self.learner.networks, episode, self.hyper.sequence_length, rng, self.device)
 
     def learn(self, replay: Replay, iterations: int, tick: Callable[[int], None]) -> dict[str, float]:
         """K updates; the means of their scalars, and what was done since the run began.
