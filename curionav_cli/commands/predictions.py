@@ -20,7 +20,7 @@ def draw(run: Run) -> list[str]:
     if errors is None:
         return []
     last = max(run.folder.foresight_paths())
-    held_out = f"{run.label}, before learning from the episode"
+    held_out = f"{run.label}: episodes that were not learned from yet"
     figures = {"predictions": predictions.pictures(predictions.chosen(foreseen.strips(run)), held_out),
                "prediction_error": predictions.error_curve(
                    errors, run.agent, f"episodes {last - len(errors.predicted) + 1} to {last}", run.label)}

@@ -15,7 +15,7 @@ from curionav_cli.results.plots import OTHERS, STYLES
 
 ROWS = 3  # windows in a figure, at most two of one episode
 SIDE, GAP, BREAK = 64, 4, 14  # pixels: of a frame, between two, between two windows and after what was seen
-COARSE = 4  # of 256 levels of a colour: nobody sees it, and the file is half as large
+COARSE = 6  # of 256 levels of a colour: nobody sees it, and the file is half as large
 INK, PALE, RED = "#111827", "#6b7280", "#dc2626"
 
 
