@@ -5,9 +5,10 @@ from __future__ import annotations
 import re
 import shlex
 from collections.abc import Sequence
+from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
 from datetime import datetime
-from functools import cached_property
+from functools import cached_property, partial
 from pathlib import Path
 
 import numpy as np
@@ -33,6 +34,7 @@ from curionav_cli.results.tables import Row, comma_separated
 CHOICES: dict[str, tuple[str, ...]] = {
     "marking": tuple(RULES), "denominator": DENOMINATORS, "baseline": (), "at": (), "out": ()}
 THRESHOLDS = 101  # of a performance profile
+FEW = 8  # runs are read sooner than processes start
 
 
 def run(words: list[str]) -> int:
@@ -49,13 +51,14 @@ def run(words: list[str]) -> int:
     counted = f"{way[1]} cells, marked by {way[0]}"
     notes = [*estimates.notes(comparison, baseline), *lost]
     report = Report(shlex.join(["curionav", "compare", *words]), comparison, baseline, counted, at, notes)
+    folder = Path(chosen.get("out") or datetime.now().strftime("outputs/%Y-%m-%d/%H-%M-%S-%f_compare"))
+    made = write(report, folder)
     console = a_console()
     for part in report.tables:
         print_columns(part.rows, part.columns, console, [heading for heading, _, _ in part.columns], part.title)
     for note in notes:
         console.print(note, soft_wrap=True, highlight=False, markup=False)
-    folder = Path(chosen.get("out") or datetime.now().strftime("outputs/%Y-%m-%d/%H-%M-%S-%f_compare"))
-    print_files(console, folder, write(report, folder))
+    print_files(console, folder, made)
     return 0
 
 
@@ -69,18 +72,27 @@ def steps(words: str) -> list[int]:
 def gather(paths: Sequence[Path], rule: str, denominator: str) -> tuple[list[Life], list[str]]:
     """Every run in these folders once, and a line for each folder of which nothing can be shown."""
     jobs: dict[Path, Path] = {}
-    lives, lost = [], []
+    lost = []
     for path in paths:
         try:
             jobs |= {job.resolve(): job for job in folders(path)}
         except RunFolderError as error:
             lost.append(str(error))
-    for job in jobs.values():
-        try:
-            lives.append(read(job, rule, denominator))
-        except RunFolderError as error:
-            lost.append(f"LEFT OUT: {error}")
-    return lives, lost
+    one = partial(life_of, rule=rule, denominator=denominator)
+    if len(jobs) <= FEW:
+        found = list(map(one, jobs.values()))
+    else:
+        with ProcessPoolExecutor() as pool:
+            found = list(pool.map(one, jobs.values()))
+    return [life for life in found if isinstance(life, Life)], lost + [line for line in found if isinstance(line, str)]
+
+
+def life_of(job: Path, rule: str, denominator: str) -> Life | str:
+    """The run, or a line about why nothing of it can be shown."""
+    try:
+        return read(job, rule, denominator)
+    except RunFolderError as error:
+        return f"LEFT OUT: {error}"
 
 
 @dataclass(frozen=True)

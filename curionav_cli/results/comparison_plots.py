@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from textwrap import fill
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -51,7 +52,7 @@ def over_all(comparison: Comparison, look: dict[str, Look], pairs: Sequence[Row]
     name(left, "a  performance profile", "area under the curve")
     draw_rows(middle, look, {row["arm"]: row["interquartile_mean"] for row in rows},
               {arm: np.concatenate([field.scores(arm) for field in comparison.common]) for arm in look})
-    name(middle, "b  interquartile mean, every run", "area under the curve")
+    name(middle, "b  interquartile mean", "area under the curve")
     beside = against(pairs, base, ALL)
     draw_rows(right, look, {other: row["improvement"] for other, row in beside.items()}, {})
     right.set_xlim(-0.04, 1.04)
@@ -117,7 +118,7 @@ def write_beside(axes: Axes, look: dict[str, Look], words: dict[str, str]) -> No
 
 
 def name(axes: Axes, title: str, label: str) -> None:
-    axes.set_title(title, loc="left")
+    axes.set_title(fill(title, 30, subsequent_indent="    "), loc="left")
     axes.set_xlabel(label)
 
 

@@ -47,7 +47,7 @@ def overall_table(rows: Sequence[Row]) -> Table:
 
 def pair_table(rows: Sequence[Row]) -> Table:
     return Table("pairs", "Differences between runs of the same seed: mean, 95 % t interval, two-sided p of the "
-                 "sign-flip test (n pairs cannot give less than 2/2^n). Over all environments also the probability "
+                 "sign-flip test (five pairs cannot give less than 0.062). Over all environments also the probability "
                  "that a run of arm beats one of minus, with its bootstrap interval.", PAIRS, rows)
 
 

@@ -119,8 +119,11 @@ def notes(comparison: Comparison, baseline: str | None) -> Iterator[str]:
         yield f"WARNING: fewer than {ENOUGH} seeds, so that the intervals say little: {', '.join(few)}."
     for field in comparison.fields:
         for ours, theirs in pairs(list(field.arms), baseline):
-            if not len(field.difference(ours, theirs)):
+            difference = field.difference(ours, theirs)
+            if not len(difference):
                 yield f"{field.env}: {ours} and {theirs} share no seed, so there is no paired difference."
+            elif not difference.any():
+                yield f"{field.env}: {ours} and {theirs} covered the same in every shared seed."
     missing = [field.env for field in comparison.fields if field not in comparison.common]
     if missing:
         yield f"Not every arm lived in {', '.join(missing)}: " + (

@@ -60,8 +60,8 @@ def tex_line(words: Sequence[str]) -> str:
 
 
 def escaped(text: str) -> str:
-    """Plain text as LaTeX shows it."""
-    return re.sub(r"([&%$#_{}])", r"\\\1", text)
+    """Plain text as LaTeX shows it; for backslash, caret and tilde a dash."""
+    return re.sub(r"[&%$#_{}]", r"\\\g<0>", re.sub(r"[\\^~]", "-", text))
 
 
 def comma_separated(rows: Sequence[Row]) -> str:

@@ -102,6 +102,13 @@ def test_an_environment_that_an_arm_did_not_see_says_nothing_over_all(rng):
     assert any("nothing is said over all" in line for line in estimates.notes(apart, None))
 
 
+def test_arms_that_did_the_same_or_share_no_seed_are_named():
+    lives = [*some("bounce", [1, 2]), *some("sticky", [1, 2]), a_life("random", seed=7)]
+    said = list(estimates.notes(compare(lives), "sticky"))
+    assert "room: bounce and sticky covered the same in every shared seed." in said
+    assert "room: random and sticky share no seed, so there is no paired difference." in said
+
+
 def test_arms_and_worlds_that_differ_in_a_setting_are_kept_apart():
     lives = [a_life(seed=seed, **{"agent.gamma": gamma}) for seed in (0, 1) for gamma in (0.9, 0.99)]
     result = compare(lives)
@@ -130,7 +137,8 @@ def test_tables_keep_bounds_and_counts_and_latex_escapes(rng):
     assert low < area < high
     assert first["steps_to_50_runs"] == "5" and first["frames_read"] == "" and float(first["updates"]) == 10
     text = latex("curionav compare sweep_1", ["five % of them"], parts)
-    assert r"lbs\_dreamer" in text and r"[" in text and text.count(r"\begin{tabular}") == 2
+    assert r"lbs\_dreamer" in text and "^" not in text and text.count(r"\begin{tabular}") == 2
+    assert tables.escaped(r"a_\b^2") == r"a\_-b-2"
     for line in text.splitlines():
         if line.endswith(r"\\"):
             assert line.count("&") in (len(parts[0].columns) - 1, len(parts[1].columns) - 1)
