@@ -122,15 +122,15 @@ class Report:
 def draw(report: Report, folder: Path) -> list[str]:
     """A figure for each environment and one over all of them; their names in the folder."""
     comparison, pairs = report.comparison, report.rows("pairs")
-    base, look = report.baseline or next(iter(comparison.arms)), plots.looks(comparison.arms)
-    figures = {field.env: comparison_plots.environment(field, look, pairs, base, report.counted)
-               for field in comparison.fields}
+    base, look = report.baseline, plots.looks(comparison.arms)
+    figures = {field.env: comparison_plots.environment(
+        field, look, pairs, base or next(iter(field.arms)), report.counted) for field in comparison.fields}
     if comparison.common:
         most = max(field.scores(arm).max() for field in comparison.common for arm in field.arms)
         thresholds = np.linspace(0, most, THRESHOLDS)
         profiles = estimates.profiles(comparison, thresholds, np.random.default_rng(0))
-        figures[estimates.ALL] = comparison_plots.over_all(comparison, look, pairs, base, report.rows("overall"),
-                                                           profiles, thresholds)
+        figures[estimates.ALL] = comparison_plots.over_all(
+            comparison, look, pairs, base or next(iter(look)), report.rows("overall"), profiles, thresholds)
     names = {env: f"figures/{re.sub('[^A-Za-z0-9.=-]+', '_', env)}.png" for env in figures}
     (folder / "figures").mkdir(parents=True, exist_ok=True)
     for env, figure in figures.items():

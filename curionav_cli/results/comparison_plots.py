@@ -8,7 +8,7 @@ from textwrap import fill
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.ticker import EngFormatter
+from matplotlib.ticker import EngFormatter, MaxNLocator
 
 from curionav_cli.results.comparison import Comparison, Field
 from curionav_cli.results.estimates import ALL
@@ -32,6 +32,7 @@ def environment(field: Field, look: dict[str, Look], pairs: Sequence[Row], base:
     draw_rows(middle, used, {arm: mean_interval(areas) for arm, areas in scores.items()}, scores)
     name(middle, "b  area under the curve", "mean share of the cells")
     beside = against(pairs, base, field.env)
+    right.set_visible(bool(beside))
     draw_rows(right, used, {other: row["difference"] for other, row in beside.items()},
               {other: field.difference(row["arm"], row["minus"]) for other, row in beside.items()})
     write_beside(right, used, {other: f"n = {row['n']}\np = {row['p']:.2g}" for other, row in beside.items()})
@@ -73,6 +74,7 @@ def panels(title: str, look: dict[str, Look]) -> tuple[Figure, list[Axes]]:
     right.tick_params(axis="y", labelleft=False)
     for axes in (middle, right):
         axes.grid(axis="x", color="#e5e7eb", linewidth=0.6)
+        axes.xaxis.set_major_locator(MaxNLocator(4))
     figure.suptitle(title, fontsize=9)
     return figure, [left, middle, right]
 

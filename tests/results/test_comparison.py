@@ -155,6 +155,8 @@ def test_every_seed_is_drawn_and_the_same_bytes_again(tmp_path, rng):
     assert [len(dots) for dots in drawn] == [5, 5, 1]
     assert drawn[0] == result.fields[0].scores("lbs_dreamer").tolist()
     assert [text.get_text() for text in right.texts] == ["", "n = 5\np = 0.062", "n = 1\np = 1"]
+    alone = comparison_plots.environment(result.fields[0], look, pairs, "absent", "cells")
+    assert [axes.get_visible() for axes in alone.axes] == [True, True, False]
     thresholds = np.linspace(0, 1, 11)
     profiles = estimates.profiles(result, thresholds, rng)
     rows = list(estimates.overall_rows(result, rng))
