@@ -74,7 +74,7 @@ def panels(title: str, look: dict[str, Look]) -> tuple[Figure, list[Axes]]:
     right.tick_params(axis="y", labelleft=False)
     for axes in (middle, right):
         axes.grid(axis="x", color="#e5e7eb", linewidth=0.6)
-        axes.xaxis.set_major_locator(MaxNLocator(4))
+        axes.xaxis.set_major_locator(MaxNLocator(3))
     figure.suptitle(title, fontsize=9)
     return figure, [left, middle, right]
 
