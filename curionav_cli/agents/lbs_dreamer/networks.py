@@ -16,23 +16,20 @@ import torch
 import torch.nn.functional as F
 from torch import Tensor, nn
 
-SIDE, COLOURS = 64, 3
+from curionav_cli.agents.lbs_dreamer.convolution import COLOURS, SIDE, convolution, pixels, to_patches_of
 
 
 def to_patches(image: Tensor, stride: int) -> Tensor:
     """Images (..., 64, 64, 3) uint8 -> patches (N, G, G, P) float in [-0.5, 0.5]."""
     grid = SIDE // stride
-    blocks = image.view(-1, grid, stride, grid, stride, COLOURS).transpose(2, 3)
-    blocks = blocks.reshape(-1, grid, grid, stride * stride * COLOURS)
-    return blocks.float().mul_(1 / 255).sub_(0.5)
+    word = {0: torch.int32, 2: torch.int16}.get(stride * COLOURS % 4, torch.uint8)  # several bytes at a time
+    blocks = image.view(-1, grid, stride, grid, stride * COLOURS).view(word).transpose(2, 3)
+    return blocks.reshape(-1, grid, grid, stride * blocks.shape[-1]).view(torch.uint8).float().mul_(1 / 255).sub_(0.5)
 
 
 def to_images(patches: Tensor, stride: int) -> Tensor:
     """The way back: (N, G, G, P) float -> (N, 64, 64, 3) uint8."""
-    grid = SIDE // stride
-    blocks = patches.float().reshape(-1, grid, grid, stride, stride, COLOURS)
-    image = blocks.transpose(2, 3).reshape(-1, SIDE, SIDE, COLOURS)
-    return ((image + 0.5) * 255).round().clamp(0, 255).to(torch.uint8)
+    return ((pixels(patches.float(), stride) + 0.5) * 255).round().clamp(0, 255).to(torch.uint8)
 
 
 def patch_kernel(weight: Tensor, stride: int) -> Tensor:
@@ -41,18 +38,6 @@ def patch_kernel(weight: Tensor, stride: int) -> Tensor:
     reach = kernel // stride
     blocks = weight.view(out, colours, reach, stride, reach, stride)
     return blocks.permute(0, 3, 5, 1, 2, 4).reshape(out, stride * stride * colours, reach, reach)
-
-
-def transposed_patch_kernel(weight: Tensor, stride: int) -> Tensor:
-    """Transposed weight (in, 3, k, k) to pixels -> convolution weight (P, in, k/s, k/s) to patches.
-
-    To be used with padding k/s - 1: a transposed convolution is a full correlation with the kernel
-    turned round, here patch by patch and not inside a patch.
-    """
-    inputs, colours, kernel, _ = weight.shape
-    reach = kernel // stride
-    blocks = weight.view(inputs, colours, reach, stride, reach, stride).flip(2, 4)
-    return blocks.permute(3, 5, 1, 0, 2, 4).reshape(stride * stride * colours, inputs, reach, reach)
 
 
 def initialise(module: nn.Module, generator: torch.Generator) -> None:
@@ -82,9 +67,10 @@ class Encoder(nn.Module):
 
     def forward(self, patches: Tensor) -> Tensor:
         first, *rest = cast(list[nn.Conv2d], self.layers)
-        x = F.elu(F.conv2d(patches.permute(0, 3, 1, 2), patch_kernel(first.weight, self.stride), first.bias))
+        x = convolution(patches.permute(0, 3, 1, 2), patch_kernel(first.weight, self.stride), cast(Tensor, first.bias))
         for layer in rest:
-            x = F.elu(layer(x))
+            x = convolution(F.elu(x, inplace=True), layer.weight, cast(Tensor, layer.bias), layer.stride[0])
+        x = F.elu(x, inplace=True)
         return x.permute(0, 2, 3, 1).flatten(1)  # (N, E), rows and columns before channels as in Keras
 
 
@@ -107,10 +93,9 @@ class Decoder(nn.Module):
         first, *middle, last = cast(list[nn.ConvTranspose2d], self.layers)
         x = F.elu(self._from_point(first, self.dense(features)))
         for layer in middle:
-            x = F.elu(layer(x))
-        weight = transposed_patch_kernel(last.weight, self.stride)
-        bias = cast(Tensor, last.bias).repeat(self.stride ** 2)
-        return F.conv2d(x, weight, bias, padding=weight.shape[-1] - 1).permute(0, 2, 3, 1)
+            x = convolution(x, layer.weight, cast(Tensor, layer.bias), layer.stride[0], transposed=True)
+            x = F.elu(x, inplace=True)
+        return to_patches_of(x, last.weight, cast(Tensor, last.bias), self.stride).permute(0, 2, 3, 1)
 
     @staticmethod
     def _from_point(layer: nn.ConvTranspose2d, x: Tensor) -> Tensor:
