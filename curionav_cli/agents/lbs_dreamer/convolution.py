@@ -34,7 +34,7 @@ def transposed_patch_kernel(weight: Tensor, stride: int) -> Tensor:
 def as_computed(*tensors: Tensor) -> list[Tensor]:
     """In the type that autocast, where it is on, wants products in."""
     device = tensors[0].device.type
-    if not torch.is_autocast_enabled(device):
+    if not torch.amp.is_autocast_available(device) or not torch.is_autocast_enabled(device):
         return list(tensors)
     return [tensor.to(torch.get_autocast_dtype(device)) for tensor in tensors]
 
