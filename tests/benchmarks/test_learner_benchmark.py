@@ -27,6 +27,7 @@ def test_the_papers_update_by_formula(learner):
     assert learner.dense(learner.hyper("paper", ())[1]) == pytest.approx(1940, rel=0.005)
 
 
+@pytest.mark.slow
 def test_ours_is_measured_and_an_absent_peer_is_named(learner, monkeypatch, tmp_path):
     ours = learner.Row("curionav", "float32", TOY)
     monkeypatch.setitem(learner.ROWS, "cpu", [ours, learner.Row("sheeprl", "float32", TOY)])
@@ -47,6 +48,7 @@ def test_what_is_counted_is_what_the_formula_says(learner):
     assert ours.warm() == pytest.approx(learner.dense(shapes), rel=0.05)
 
 
+@pytest.mark.slow
 def test_a_contender_that_dies_is_named(learner, monkeypatch, tmp_path):
     monkeypatch.setitem(learner.ROWS, "cpu", [learner.Row("curionav", "float64", TOY)])
     with pytest.raises(SystemExit, match=r"Left out: curionav, the same work, float64. It ended: .*float64"):

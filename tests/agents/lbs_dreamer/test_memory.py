@@ -20,6 +20,7 @@ print(faults() - before)
 """
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(sys.platform != "linux", reason="it is glibc's allocator that is told")
 def test_what_fits_into_freed_memory_needs_no_new_pages():
     kept, plain = (int(subprocess.run([sys.executable, "-c", PROGRAM, word], capture_output=True, text=True,
