@@ -23,7 +23,7 @@ from hydra.core.plugins import Plugins
 from hydra.plugins.search_path_plugin import SearchPathPlugin
 from omegaconf import DictConfig, OmegaConf
 
-from curionav_cli.config import agent_schema, schema
+from curionav_cli.config import agent_schema, cbet_schema, schema
 from curionav_cli.errors import ConfigError
 
 MAIN = "config"  # conf/config.yaml
@@ -34,8 +34,8 @@ AGENTS = {
     "bounce": agent_schema.Bounce,
     "frontier": agent_schema.Frontier,
     "lbs_dreamer": agent_schema.LBSDreamer,
-    "cbet": agent_schema.CBET,
-    "cbet_lifelong": agent_schema.CBETLifelong,
+    "cbet": cbet_schema.CBET,
+    "cbet_lifelong": cbet_schema.CBETLifelong,
 }
 
 

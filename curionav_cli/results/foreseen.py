@@ -50,10 +50,11 @@ def newest(run: Run) -> dict[int, Foresight]:
 
 def errors(run: Run) -> Errors | None:
     """Of the newest episodes, each the mean of its windows."""
-    found = newest(run).values()
-    if not found:
+    paths = list(run.folder.foresight_paths().values())[-NEWEST:]
+    if not paths:
         return None
-    return Errors(np.stack([one.error.mean(0) for one in found]), np.stack([one.repeat.mean(0) for one in found]))
+    read = [read_arrays(path, ("error", "repeat")) for path in paths]
+    return Errors(*(np.stack([one[key].mean(0) for one in read]) for key in ("error", "repeat")))
 
 
 def over_runs(several: list[Errors]) -> Errors:

@@ -9,7 +9,6 @@ the loop's K is (0 means no learning). With N = 500, T = 100, B = 20 and E = 4 t
 
 from __future__ import annotations
 
-import time
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -27,7 +26,7 @@ from curionav_cli.agents.cbet.rewards.reward import Kit
 from curionav_cli.agents.cbet.unrolls import Acted, Unroll, cut, together
 from curionav_cli.agents.device import repeatable, resolve_device
 from curionav_cli.agents.meter import Meter, finite
-from curionav_cli.config import agent_schema
+from curionav_cli.config import cbet_schema
 from curionav_cli.errors import RunFailed
 from curionav_cli.records import Episode
 from curionav_cli.storage.replay import Replay
@@ -43,7 +42,7 @@ class CBET(Agent):
     learns = True
     on_policy = True
 
-    def __init__(self, hyper: agent_schema.CBET, seed: int, device: str, world: Scene, engine: str):
+    def __init__(self, hyper: cbet_schema.CBET, seed: int, device: str, world: Scene, engine: str):
         super().__init__(seed)
         self.hyper, self.device, self.plan = hyper, resolve_device(device), world.plan
         repeatable(self.device)
@@ -58,7 +57,6 @@ class CBET(Agent):
 
     def begin(self) -> None:
         """Forget the episode: a zero memory."""
-        self.began = time.process_time()
         self.actor = actor(self.learner.networks.policy)
         self.acted = Acted()
 
@@ -102,7 +100,7 @@ class CBET(Agent):
             "policy_entropy": float(np.mean(self.acted.entropy)),
             "most_cells_of_one_environment": int((self.seen & self.plan.visitable.ravel()).sum(axis=1).max()),
             "updates": updates, "frames_replayed": updates * self.hyper.batch_size * self.hyper.unroll,
-            "unrolls_waiting": len(self.waiting), "seconds_cpu": time.process_time() - self.began,
+            "unrolls_waiting": len(self.waiting),
         }
 
     def own(self, episode: Episode) -> Episode:

@@ -16,20 +16,20 @@ from curionav_cli.agents.cbet.rms import RunningRMS
 from curionav_cli.agents.cbet.unrolls import Batch
 from curionav_cli.agents.cbet.vtrace import vtrace
 from curionav_cli.agents.optimiser import ClippedOptimiser
-from curionav_cli.config import agent_schema
+from curionav_cli.config import cbet_schema
 
 
 class Networks(nn.Module):
     """Everything with weights, the reward's own included; what `weights.safetensors` holds."""
 
-    def __init__(self, hyper: agent_schema.CBET):
+    def __init__(self, hyper: cbet_schema.CBET):
         super().__init__()
         self.policy = PolicyNetwork(hyper)
         self.reward = REWARDS[hyper.reward.value].build(hyper)
         self.rms = RunningRMS(hyper.rms_momentum)
 
 
-def build_networks(hyper: agent_schema.CBET, generator: torch.Generator, device: torch.device) -> Networks:
+def build_networks(hyper: cbet_schema.CBET, generator: torch.Generator, device: torch.device) -> Networks:
     """Made without drawing from torch's global generator, the same on every device."""
     with torch.device("meta"):
         networks = Networks(hyper)
@@ -43,7 +43,7 @@ def build_networks(hyper: agent_schema.CBET, generator: torch.Generator, device:
 class Learner:
     """Networks, their optimisers, and the reward that they learn for. `updates` counts what was done."""
 
-    def __init__(self, hyper: agent_schema.CBET, networks: Networks, reward: Reward):
+    def __init__(self, hyper: cbet_schema.CBET, networks: Networks, reward: Reward):
         self.hyper, self.networks, self.reward = hyper, networks, reward
         self.updates = 0
         learning = {"policy": networks.policy, **{f"reward_{name}": part for name, part in networks.reward.items()}}

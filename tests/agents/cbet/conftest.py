@@ -9,7 +9,7 @@ from omegaconf import OmegaConf
 
 from curionav_cli.agents.cbet.agent import CBET
 from curionav_cli.agents.cbet.life import Life
-from curionav_cli.config import agent_schema
+from curionav_cli.config import cbet_schema
 from curionav_cli.config.sources import writable
 from curionav_cli.loop import run_episode
 from curionav_cli.records import Episode
@@ -42,7 +42,7 @@ def hyper():
         layers.append(OmegaConf.load(CONF / "agent" / f"{agent}.yaml"))
         for layer in layers:
             layer.pop("defaults", None)
-        schema = agent_schema.CBETLifelong if agent == "cbet_lifelong" else agent_schema.CBET
+        schema = cbet_schema.CBETLifelong if agent == "cbet_lifelong" else cbet_schema.CBET
         return OmegaConf.to_object(OmegaConf.merge(writable(schema), *layers, changes))
     return make
 

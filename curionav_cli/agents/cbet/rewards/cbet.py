@@ -15,7 +15,7 @@ from curionav_cli.agents.cbet.keys import ChangeKeys, StateKeys
 from curionav_cli.agents.cbet.life import Life
 from curionav_cli.agents.cbet.rewards.reward import Kit, Reward
 from curionav_cli.agents.cbet.views import Ego, Panorama
-from curionav_cli.config.agent_schema import Difference, Reset, Tables, View
+from curionav_cli.config.cbet_schema import Difference, Reset, Tables, View
 
 
 class CBET(Reward):

@@ -9,7 +9,7 @@ from torch import Tensor, nn
 from curionav_cli.agents.cbet.network import ACTIONS, Eyes
 from curionav_cli.agents.cbet.rewards.reward import Reward
 from curionav_cli.agents.cbet.unrolls import Batch
-from curionav_cli.config import agent_schema
+from curionav_cli.config import cbet_schema
 
 HIDDEN = 256
 
@@ -18,7 +18,7 @@ class ICM(Reward):
     """Both losses train the features; no gradient is stopped. Norms are L2, not squared."""
 
     @staticmethod
-    def build(hyper: agent_schema.CBET) -> nn.ModuleDict:
+    def build(hyper: cbet_schema.CBET) -> nn.ModuleDict:
         eyes = Eyes(hyper.conv_channels)
         size = eyes.features
         return nn.ModuleDict({

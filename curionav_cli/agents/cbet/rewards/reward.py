@@ -17,7 +17,7 @@ from torch import Tensor, nn
 from curionav_cli.agents.cbet.counts import Counts
 from curionav_cli.agents.cbet.life import Life
 from curionav_cli.agents.cbet.unrolls import Batch
-from curionav_cli.config import agent_schema
+from curionav_cli.config import cbet_schema
 from curionav_cli.world.scene import Scene
 
 
@@ -25,7 +25,7 @@ from curionav_cli.world.scene import Scene
 class Kit:
     """What rewards are made from. seed: of the world; numbers: where the reward's own randomness comes from."""
 
-    hyper: agent_schema.CBET
+    hyper: cbet_schema.CBET
     world: Scene
     engine: str
     seed: int
@@ -45,7 +45,7 @@ class Reward:
         self.dice: list[np.random.Generator] = []
 
     @staticmethod
-    def build(hyper: agent_schema.CBET) -> nn.ModuleDict:
+    def build(hyper: cbet_schema.CBET) -> nn.ModuleDict:
         """The networks that learn beside the policy, each with an optimiser of its own."""
         return nn.ModuleDict()
 

@@ -8,14 +8,14 @@ from torch import Tensor, nn
 from curionav_cli.agents.cbet.network import Eyes
 from curionav_cli.agents.cbet.rewards.reward import Reward
 from curionav_cli.agents.cbet.unrolls import Batch
-from curionav_cli.config import agent_schema
+from curionav_cli.config import cbet_schema
 
 
 class RND(Reward):
     """Distances are L2 norms, not squared; neither pictures nor rewards are normalised."""
 
     @staticmethod
-    def build(hyper: agent_schema.CBET) -> nn.ModuleDict:
+    def build(hyper: cbet_schema.CBET) -> nn.ModuleDict:
         fixed = Eyes(hyper.conv_channels).requires_grad_(False)
         return nn.ModuleDict({"predictor": Eyes(hyper.conv_channels), "target": fixed})
 
