@@ -11,9 +11,11 @@ from typing import Any
 from curionav_cli.agents.agent import Agent
 from curionav_cli.agents.frontier import Frontier
 from curionav_cli.agents.wanderers import Bounce, Random, Sticky
+from curionav_cli.config.robot_schema import Turtlebot
 from curionav_cli.config.schema import Compile, Config, Device
 from curionav_cli.config.sources import AGENTS as SCHEMA
 from curionav_cli.errors import ConfigError
+from curionav_cli.robot.env import RobotEnv
 from curionav_cli.world.env import NavigationEnv
 from curionav_cli.world.motion import HEADINGS
 from curionav_cli.world.scene import Scene
@@ -24,9 +26,10 @@ def scene(settings: Config) -> Scene:
     return Scene.from_dict(asdict(settings.env), f"env/{settings.env.name}.yaml")
 
 
-def env(settings: Config, world: Scene) -> NavigationEnv:
-    """The world with a robot in it; robot=ideal respawns."""
-    return NavigationEnv(world, engine=settings.env.engine.value)
+def env(settings: Config, world: Scene) -> NavigationEnv | RobotEnv:
+    """The world with a robot in it; robot=ideal respawns, the others drive home and dock."""
+    ideal = NavigationEnv(world, engine=settings.env.engine.value)
+    return RobotEnv(ideal, settings.robot) if isinstance(settings.robot, Turtlebot) else ideal
 
 
 def check(settings: Config) -> None:

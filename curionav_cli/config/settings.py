@@ -12,7 +12,7 @@ from omegaconf.errors import MissingMandatoryValue, OmegaConfBaseException
 
 from curionav_cli.config.answers import in_words, type_of
 from curionav_cli.config.schema import Config
-from curionav_cli.config.sources import AGENTS, writable
+from curionav_cli.config.sources import AGENTS, ROBOTS, writable
 from curionav_cli.errors import ConfigError, RunFolderError
 
 
@@ -54,6 +54,7 @@ def read_settings(path: Path, changes: Sequence[str] = ()) -> Config:
         recorded = OmegaConf.create(yaml.safe_load(path.read_text()))
         node = writable(Config)
         node["agent"] = writable(AGENTS[recorded.agent.name])
+        node["robot"] = writable(ROBOTS[recorded.robot.name])
         node.merge_with(recorded)
         settings = as_settings(node)
     except OSError as error:

@@ -23,7 +23,7 @@ from hydra.core.plugins import Plugins
 from hydra.plugins.search_path_plugin import SearchPathPlugin
 from omegaconf import DictConfig, OmegaConf
 
-from curionav_cli.config import agent_schema, cbet_schema, schema
+from curionav_cli.config import agent_schema, cbet_schema, robot_schema, schema
 from curionav_cli.errors import ConfigError
 
 MAIN = "config"  # conf/config.yaml
@@ -36,6 +36,10 @@ AGENTS = {
     "lbs_dreamer": agent_schema.LBSDreamer,
     "cbet": cbet_schema.CBET,
     "cbet_lifelong": cbet_schema.CBETLifelong,
+}
+ROBOTS = {
+    "ideal": schema.Robot,
+    "turtlebot2i": robot_schema.Turtlebot,
 }
 
 
@@ -99,6 +103,8 @@ def register(directories: list[Path]) -> None:
     store.store(group="schema", name="env", node=writable(schema.Env), package="env")
     for name, node in AGENTS.items():
         store.store(group="schema/agent", name=name, node=writable(node), package="agent")
+    for name, node in ROBOTS.items():
+        store.store(group="schema/robot", name=name, node=writable(node), package="robot")
 
 
 def writable(node: type) -> DictConfig:

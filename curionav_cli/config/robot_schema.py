@@ -1,0 +1,113 @@
+"""The settings of a robot that drifts; conf/robot/turtlebot2i.yaml says which values were measured and which fitted."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import Enum
+
+from curionav_cli.config.bounds import within
+from curionav_cli.config.schema import Robot
+
+
+class Localisation(Enum):
+    """What the LiDAR adds to odometry and gyro: nothing, the motion from scan to scan (whose errors still add up),
+    or the pose on the robot's own map."""
+
+    none = "none"
+    scan_odometry = "scan_odometry"
+    scan_to_map = "scan_to_map"
+
+
+@dataclass(frozen=True)
+class Battery:
+    """Seconds of driving. An episode ends when no more than `reserve` is left to go home with."""
+
+    capacity: float
+    reserve: float
+
+    def __post_init__(self) -> None:
+        within("robot.battery.reserve", self.reserve, least=0)
+        within("robot.battery.capacity", self.capacity, least=self.reserve)
+
+
+@dataclass(frozen=True)
+class Drive:
+    """How motion falls short of the command: standard deviations, normal and independent from move to move.
+
+    forward: of the distance, m / sqrt(m). veer: of the heading, degrees / sqrt(m) driven. turn: degrees / sqrt(turn of
+    1 rad). On contact the wheels go on for slip_least to slip_most of what was left, and the base twists (degrees).
+    """
+
+    forward: float
+    veer: float
+    turn: float
+    slip_least: float
+    slip_most: float
+    twist: float
+
+    def __post_init__(self) -> None:
+        for name in ("forward", "veer", "turn", "twist"):
+            within(f"robot.drive.{name}", getattr(self, name), least=0)
+        within("robot.drive.slip_least", self.slip_least, least=0, most=self.slip_most)
+        within("robot.drive.slip_most", self.slip_most, least=0, most=1)
+
+
+@dataclass(frozen=True)
+class Odometry:
+    """Wheel encoders. scale: sd of the error of scale, drawn for each episode. noise: sd, m / sqrt(m)."""
+
+    scale: float
+    noise: float
+
+    def __post_init__(self) -> None:
+        within("robot.odometry.scale", self.scale, least=0)
+        within("robot.odometry.noise", self.noise, least=0)
+
+
+@dataclass(frozen=True)
+class Gyro:
+    """scale: sd of the error of scale, drawn for each episode. noise: sd, degrees / sqrt(s). bias: sd of what is left
+    of it after resting on the dock, degrees / s. walk: how fast it wanders from there, degrees / s / sqrt(s)."""
+
+    scale: float
+    noise: float
+    bias: float
+    walk: float
+
+    def __post_init__(self) -> None:
+        for name in ("scale", "noise", "bias", "walk"):
+            within(f"robot.gyro.{name}", getattr(self, name), least=0)
+
+
+@dataclass(frozen=True)
+class Rays:
+    """A range sensor: `beams` evenly over `view` degrees; no answer beyond `far` or nearer than `blind` metres.
+    noise: sd of a range, metres."""
+
+    beams: int
+    view: float
+    blind: float
+    far: float
+    noise: float
+
+
+@dataclass(frozen=True)
+class Turtlebot(Robot):
+    """A Kobuki base with wheel encoders, a gyro, a LiDAR and a depth camera. step: seconds of one action."""
+
+    step: float
+    localisation: Localisation
+    battery: Battery
+    drive: Drive
+    odometry: Odometry
+    gyro: Gyro
+    lidar: Rays
+    depth: Rays
+
+    def __post_init__(self) -> None:
+        within("robot.step", self.step, least=0.01)
+        for name, rays in (("lidar", self.lidar), ("depth", self.depth)):
+            within(f"robot.{name}.beams", rays.beams, least=2)
+            within(f"robot.{name}.view", rays.view, least=1, most=360)
+            within(f"robot.{name}.blind", rays.blind, least=0, most=rays.far)
+            within(f"robot.{name}.noise", rays.noise, least=0)

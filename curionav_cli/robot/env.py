@@ -1,0 +1,110 @@
+"""The robot around the world, through gymnasium: the same verbs, executed by a body that drifts."""
+
+from __future__ import annotations
+
+import json
+import math
+from pathlib import Path
+from typing import Any
+
+import gymnasium
+import numpy as np
+
+from curionav_cli.config.robot_schema import Turtlebot
+from curionav_cli.records import Pose, read_json
+from curionav_cli.robot.body import Body
+from curionav_cli.robot.localiser import Localiser
+from curionav_cli.world.env import NavigationEnv, Observation
+from curionav_cli.world.motion import FORWARD, HEADINGS, LEFT, RIGHT, STEP
+
+STREAM = 21  # keeps the robot's random streams apart from the world's and the agent's
+TURNS = {LEFT: 2.0 * math.pi / HEADINGS, RIGHT: -2.0 * math.pi / HEADINGS}
+
+
+class RobotEnv(gymnasium.Wrapper):
+    """Actions and observations of NavigationEnv. Observations and info["pose"] are those of the true pose.
+
+    info also has estimate (3,), the pose that the robot believes, and after a reset that drove home dock, the
+    report as a dict. A step is truncated when the battery is needed to go home. pictures=False: images and depths
+    are zeros, for those who do not look.
+    """
+
+    env: NavigationEnv
+
+    def __init__(self, env: NavigationEnv, profile: Turtlebot, pictures: bool = True):
+        super().__init__(env)
+        self.profile, self.pictures = profile, pictures
+        self._restored: dict[str, Any] | None = None
+
+    def reset(self, *, seed: int | None = None,
+              options: dict[str, Any] | None = None) -> tuple[Observation, dict[str, Any]]:
+        """With a seed a life begins at the dock, or goes on where `load` put it; without one: home, and the next."""
+        if seed is not None:
+            self._begin(seed)
+        dock = self._home() if seed is None or self._restored else None
+        self._restored = None
+        _, info = self.env.reset(seed=seed, options=options)
+        self._episode = info["episode"]
+        self.body.enter(self.env.now, self.env.now.plan.start)
+        self.localiser.fix(self.env.now.plan.start, 0.01, math.radians(1.0))
+        self.body.battery.charge()
+        return self._observe(), {**self._info(False), "events": info["events"], "dock": dock}
+
+    def step(self, action: int) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
+        if action not in (FORWARD, LEFT, RIGHT):
+            raise ValueError(f"action {action!r} is none of 0 forward, 1 left, 2 right")
+        seconds = self.profile.step
+        if action == FORWARD and self._blocked():
+            sensed, collided = self.body.drive(0.0, 0.0, seconds), True
+        elif action == FORWARD:
+            sensed = self.body.drive(STEP, 0.0, seconds)
+            collided = sensed.bump is not None
+        else:
+            sensed, collided = self.body.drive(0.0, TURNS[action], seconds), False
+        self.localiser.feel(sensed, self.body.scan())
+        return self._observe(), 0.0, False, self.body.battery.low, self._info(collided)
+
+    def save(self, folder: Path) -> None:
+        """Write what `load` needs to go on after the episode that was just lived."""
+        state = {"episode": self._episode, "body": self.body.save(), "estimate": list(self.localiser.pose)}
+        (folder / "robot.json").write_text(json.dumps(state))
+
+    def load(self, folder: Path) -> None:
+        """Stand at the end of the saved episode: the next reset(seed=...) goes home from there."""
+        self._restored = read_json(folder / "robot.json")
+
+    def _begin(self, seed: int) -> None:
+        start = self.env.scene.plan.start
+        self.body = Body(self.profile, np.random.default_rng([seed, STREAM]))
+        self.localiser = Localiser(self.profile, start)
+        if self._restored:
+            self.body.load(self._restored["body"])
+            self.body.around(self.env.scene.at(self._restored["episode"], seed)[0])
+            self.localiser.pose = Pose(*self._restored["estimate"])
+
+    def _home(self) -> dict[str, Any] | None:
+        """Drive home and dock, in the world of the episode that ends."""
+        return None
+
+    def _blocked(self) -> bool:
+        """Does the depth camera show something in the way of a forward move? What is too near it does not show."""
+        if self.body.surroundings.has_room(*self.body.pose[:2], STEP + 2 * self.env.scene.plan.radius):
+            return False
+        scan = self.body.depth()
+        ahead, aside = scan.range * np.cos(scan.bearing), np.abs(scan.range * np.sin(scan.bearing))
+        radius = self.env.scene.plan.radius
+        inside = aside < radius
+        return bool((ahead[inside] < STEP + np.sqrt(radius**2 - aside[inside] ** 2)).any())
+
+    def _observe(self) -> Observation:
+        if not self.pictures:
+            return BLANK
+        seen = self.env.look(*self.body.pose)
+        return {"image": seen["image"][0], "depth": seen["depth"][0]}
+
+    def _info(self, collided: bool) -> dict[str, Any]:
+        return {"pose": np.array(self.body.pose), "estimate": np.array(self.localiser.pose), "collided": collided,
+                "episode": self._episode, "events": ()}
+
+
+BLANK: Observation = {"image": np.zeros((64, 64, 3), np.uint8), "depth": np.zeros((64, 64), np.float32)}
