@@ -92,6 +92,38 @@ class Rays:
 
 
 @dataclass(frozen=True)
+class ScanOdometry:
+    """Motion from scan to scan. position (m) and yaw (degrees): sd of each, where the walls face all ways alike.
+    narrowest: the least share of walls facing a direction with which motion along it can be told."""
+
+    position: float
+    yaw: float
+    narrowest: float
+
+    def __post_init__(self) -> None:
+        within("robot.scan_odometry.position", self.position, least=1e-4)
+        within("robot.scan_odometry.yaw", self.yaw, least=1e-3)
+        within("robot.scan_odometry.narrowest", self.narrowest, least=1e-6, most=0.5)
+
+
+@dataclass(frozen=True)
+class Filter:
+    """gate: the share of good measurements that the filter lets in. patience: refusals in a row after which it is
+    lost; it then trusts its pose less by so many metres and degrees."""
+
+    gate: float
+    patience: int
+    lost_position: float
+    lost_yaw: float
+
+    def __post_init__(self) -> None:
+        within("robot.filter.gate", self.gate, least=0.5, most=1 - 1e-9)
+        within("robot.filter.patience", self.patience, least=1)
+        within("robot.filter.lost_position", self.lost_position, least=0)
+        within("robot.filter.lost_yaw", self.lost_yaw, least=0)
+
+
+@dataclass(frozen=True)
 class Turtlebot(Robot):
     """A Kobuki base with wheel encoders, a gyro, a LiDAR and a depth camera. step: seconds of one action."""
 
@@ -103,6 +135,8 @@ class Turtlebot(Robot):
     gyro: Gyro
     lidar: Rays
     depth: Rays
+    scan_odometry: ScanOdometry
+    filter: Filter
 
     def __post_init__(self) -> None:
         within("robot.step", self.step, least=0.01)

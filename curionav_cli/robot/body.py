@@ -17,7 +17,7 @@ from curionav_cli.records import Pose
 from curionav_cli.robot.battery import Battery
 from curionav_cli.robot.drive import Drive
 from curionav_cli.robot.sensed import Scan, Sensed
-from curionav_cli.robot.sensors import Inertia, Ranger
+from curionav_cli.robot.sensors import Inertia, Ranger, ScanMatch
 from curionav_cli.robot.surroundings import Surroundings
 from curionav_cli.world.scene import Scene
 
@@ -30,11 +30,12 @@ class Body:
 
     def __init__(self, profile: Turtlebot, generator: np.random.Generator):
         self.profile, self.battery = profile, Battery(profile.battery)
-        self._rngs = generator.spawn(4)
-        drive, inertia, lidar, depth = self._rngs
+        self._rngs = generator.spawn(5)
+        drive, inertia, lidar, depth, match = self._rngs
         self._drive_rng = drive
         self._inertia = Inertia(profile.odometry, profile.gyro, inertia)
         self._lidar, self._depth = Ranger(profile.lidar, lidar), Ranger(profile.depth, depth)
+        self._match = ScanMatch(profile.scan_odometry, match)
         self.velocity, self.time = (0.0, 0.0), 0.0
         self.silent: set[str] = set()
 
@@ -43,6 +44,7 @@ class Body:
         self.around(scene)
         self.pose = Pose(*pose)
         self._inertia.rest()
+        self._match.forget()
 
     def around(self, scene: Scene) -> None:
         """The world around it is another, and it stands where it stood."""
@@ -62,15 +64,16 @@ class Body:
         if self.silent:
             wheel, gyro = (math.nan if name in self.silent else value
                            for name, value in (("wheel", wheel), ("gyro", gyro)))
-        return Sensed(wheel, gyro, seconds, bump)
+        return Sensed(wheel, gyro, seconds, self.time, bump)
 
     def halt(self) -> None:
         """Zero velocity."""
         self.velocity = (0.0, 0.0)
 
     def scan(self) -> Scan:
-        """The LiDAR, all around."""
-        return self._look("lidar", self._lidar)
+        """The LiDAR, all around, and how the robot moved since it last looked."""
+        scan = self._look("lidar", self._lidar)
+        return scan._replace(shift=self._match.shift(scan, self.pose))
 
     def depth(self) -> Scan:
         """The horizontal line of the depth camera, ahead."""
@@ -80,11 +83,13 @@ class Body:
         """All that `load` needs, but for the scene: `around` comes after it."""
         inertia = self._inertia
         return {"pose": list(self.pose), "battery": self.battery.left, "time": self.time,
+                "scanned": self._match.before and list(self._match.before),
                 "errors": [inertia.scale, inertia.turn_scale, inertia.bias],
                 "rng": [rng.bit_generator.state for rng in self._rngs]}
 
     def load(self, state: dict[str, Any]) -> None:
         self.pose, self.battery.left, self.time = Pose(*state["pose"]), state["battery"], state["time"]
+        self._match.before = state["scanned"] and Pose(*state["scanned"])
         self._inertia.scale, self._inertia.turn_scale, self._inertia.bias = state["errors"]
         for rng, saved in zip(self._rngs, state["rng"], strict=True):
             rng.bit_generator.state = saved

@@ -11,7 +11,7 @@ import gymnasium
 import numpy as np
 
 from curionav_cli.config.robot_schema import Turtlebot
-from curionav_cli.records import Pose, read_json
+from curionav_cli.records import read_json
 from curionav_cli.robot.body import Body
 from curionav_cli.robot.localiser import Localiser
 from curionav_cli.world.env import NavigationEnv, Observation
@@ -47,6 +47,7 @@ class RobotEnv(gymnasium.Wrapper):
         self._episode = info["episode"]
         self.body.enter(self.env.now, self.env.now.plan.start)
         self.localiser.fix(self.env.now.plan.start, 0.01, math.radians(1.0))
+        self.localiser.depart()
         self.body.battery.charge()
         return self._observe(), {**self._info(False), "events": info["events"], "dock": dock}
 
@@ -66,7 +67,7 @@ class RobotEnv(gymnasium.Wrapper):
 
     def save(self, folder: Path) -> None:
         """Write what `load` needs to go on after the episode that was just lived."""
-        state = {"episode": self._episode, "body": self.body.save(), "estimate": list(self.localiser.pose)}
+        state = {"episode": self._episode, "body": self.body.save(), "localiser": self.localiser.save()}
         (folder / "robot.json").write_text(json.dumps(state))
 
     def load(self, folder: Path) -> None:
@@ -80,7 +81,7 @@ class RobotEnv(gymnasium.Wrapper):
         if self._restored:
             self.body.load(self._restored["body"])
             self.body.around(self.env.scene.at(self._restored["episode"], seed)[0])
-            self.localiser.pose = Pose(*self._restored["estimate"])
+            self.localiser.load(self._restored["localiser"])
 
     def _home(self) -> dict[str, Any] | None:
         """Drive home and dock, in the world of the episode that ends."""

@@ -4,28 +4,118 @@ is told is where its dock stands there."""
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 
-from curionav_cli.config.robot_schema import Turtlebot
-from curionav_cli.geometry import wrapped
+from curionav_cli.config.robot_schema import Localisation, Turtlebot
 from curionav_cli.records import Pose
-from curionav_cli.robot.sensed import Scan, Sensed
+from curionav_cli.robot.ekf import BIAS, SCALE, Ekf
+from curionav_cli.robot.sensed import Scan, Sensed, Shift
+
+SPEED, RATE = 0.42, 0.3  # m/s and rad/s that a move may have had when a sensor was silent
+SLIPPED = 0.35  # of the distance that the wheels rolled while the bumper was pressed: sd of what was driven
 
 
 class Localiser:
-    """pose: estimated. covariance (3, 3): of x, y, yaw. lost: it no longer trusts itself."""
+    """pose: estimated. covariance (3, 3): of x, y, yaw. lost: it no longer trusts itself. slips: how often the scans
+    did not agree with the wheels. stale: measurements that came late or twice, and were not used."""
 
     def __init__(self, profile: Turtlebot, pose: Pose):
-        self.profile, self.pose, self.lost = profile, Pose(*pose), False
-        self.covariance = np.zeros((3, 3))
+        self.profile = profile
+        self.filter = Ekf(np.array([*pose, 0.0, 0.0]), np.zeros((5, 5)))
+        self.lost, self.slips, self.stale = False, 0, 0
+        self.time, self._scanned = -math.inf, -math.inf
+        self.depart()
+
+    @property
+    def pose(self) -> Pose:
+        return Pose(*self.filter.mean[:3].tolist())
+
+    @property
+    def covariance(self) -> np.ndarray:
+        return self.filter.covariance[:3, :3]
 
     def feel(self, sensed: Sensed, scan: Scan | None = None) -> None:
         """One more move, and what the LiDAR saw after it."""
-        heading = self.pose.yaw + 0.5 * sensed.gyro
-        self.pose = Pose(self.pose.x + sensed.wheel * math.cos(heading), self.pose.y + sensed.wheel * math.sin(heading),
-                         wrapped(self.pose.yaw + sensed.gyro))
+        if sensed.time <= self.time:
+            self.stale += 1
+        else:
+            self.time = sensed.time
+            self._predict(sensed)
+        if scan is not None and self.profile.localisation is not Localisation.none:
+            self._see(scan)
+
+    def rest(self, sensed: Sensed) -> None:
+        """It stood still on its dock: what the gyro says is bias."""
+        self.time = max(self.time, sensed.time)
+        self.filter.update_rate(sensed.gyro / sensed.seconds, self._gyro_noise(sensed.seconds) / sensed.seconds**2)
 
     def fix(self, pose: Pose, sd_position: float, sd_yaw: float) -> None:
-        """It stands at a known pose, to so many metres and radians: the dock."""
-        self.pose = Pose(*pose)
+        """It stands at a known pose, to so many metres and radians: the dock, which cannot be mistaken. Where the
+        filter did not think so, it learns that it was too sure."""
+        variance = np.diag(np.square([sd_position, sd_position, sd_yaw]))
+        while not self.filter.update_pose(np.array(pose), variance, self.profile.filter.gate):
+            self._doubt()
+        self.lost = False
+
+    def depart(self) -> None:
+        """It leaves the dock: the gyro was set to zero there but for a remainder, and the load is another."""
+        profile = self.profile
+        self.filter.renew(BIAS, math.radians(profile.gyro.bias))
+        self.filter.renew(SCALE, profile.odometry.scale)
+
+    def save(self) -> dict[str, Any]:
+        """All that `load` needs."""
+        return {"mean": self.filter.mean.tolist(), "covariance": self.filter.covariance.tolist(),
+                "rejected": self.filter.rejected, "lost": self.lost, "slips": self.slips, "stale": self.stale,
+                "times": [self.time, self._scanned]}
+
+    def load(self, state: dict[str, Any]) -> None:
+        self.filter = Ekf(np.array(state["mean"]), np.array(state["covariance"]))
+        self.filter.rejected, (self.time, self._scanned) = state["rejected"], state["times"]
+        self.lost, self.slips, self.stale = state["lost"], state["slips"], state["stale"]
+
+    def _predict(self, sensed: Sensed) -> None:
+        profile, seconds = self.profile, sensed.seconds
+        wheel, gyro = sensed.wheel, sensed.gyro
+        distance, turn = profile.odometry.noise**2 * abs(wheel), self._gyro_noise(seconds)
+        turn += (profile.gyro.scale * gyro) ** 2
+        if math.isnan(wheel):
+            wheel, distance = 0.0, (SPEED * seconds) ** 2
+        elif sensed.bump is not None:
+            wheel, distance = 0.5 * wheel, (SLIPPED * wheel) ** 2
+        if math.isnan(gyro):
+            gyro, turn = 0.0, (RATE * seconds) ** 2
+        walk = math.radians(profile.gyro.walk) ** 2 * seconds
+        self.filter.predict(wheel, gyro, seconds, (distance, turn, walk))
+
+    def _gyro_noise(self, seconds: float) -> float:
+        return math.radians(self.profile.gyro.noise) ** 2 * seconds
+
+    def _see(self, scan: Scan) -> None:
+        if scan.time <= self._scanned or scan.time < self.time:
+            self.stale += 1
+            return
+        self._scanned = scan.time
+        if self.profile.localisation is Localisation.scan_odometry:
+            if scan.shift is not None and len(self.filter.mean) > 5:
+                self._shifted(scan.shift)
+            self.filter.remember()
+
+    def _shifted(self, shift: Shift) -> None:
+        """Weigh the motion that the scans tell against the one predicted; where they do not agree, wheels slip."""
+        gate = self.profile.filter.gate
+        if self.filter.update_motion(*shift, gate):
+            self.lost = False
+            return
+        self.slips += 1
+        self.filter.slip(SPEED * self.profile.step)
+        if not self.filter.update_motion(*shift, gate) and self.filter.rejected >= self.profile.filter.patience:
+            self._doubt()
+            self.lost = True
+
+    def _doubt(self) -> None:
+        settings = self.profile.filter
+        self.filter.doubt(settings.lost_position, math.radians(settings.lost_yaw))
+        self.filter.rejected = 0

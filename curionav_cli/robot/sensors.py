@@ -1,4 +1,4 @@
-"""Wheel encoders, gyro, LiDAR and depth camera: what is true in, what the robot gets out."""
+"""Wheel encoders, gyro, LiDAR, depth camera, scan matching: what is true in, what the robot gets out."""
 
 from __future__ import annotations
 
@@ -6,10 +6,14 @@ import math
 
 import numpy as np
 
-from curionav_cli.config.robot_schema import Gyro, Odometry, Rays
+from curionav_cli.config.robot_schema import Gyro, Odometry, Rays, ScanOdometry
+from curionav_cli.geometry import wrapped
 from curionav_cli.records import Pose
-from curionav_cli.robot.sensed import Scan
+from curionav_cli.robot.sensed import Scan, Shift
 from curionav_cli.robot.surroundings import Surroundings
+
+UNSEEN = 1.0  # metres; sd of a motion that the scans cannot tell
+GAP, SPAN = 0.5, 4
 
 
 class Inertia:
@@ -51,3 +55,59 @@ class Ranger:
         found += self.settings.noise * self.rng.standard_normal(len(found))
         found[unseen] = np.nan
         return Scan(self.bearing, found, time)
+
+
+class ScanMatch:
+    """What matching a scan to the one before tells of the motion between: the truth, and an error drawn from the
+    covariance that it states. Along walls that all face one way it can tell nothing, and states that."""
+
+    def __init__(self, settings: ScanOdometry, generator: np.random.Generator):
+        self.settings, self.rng = settings, generator
+        self.before: Pose | None = None
+
+    def forget(self) -> None:
+        """There is no scan before."""
+        self.before = None
+
+    def shift(self, scan: Scan, pose: Pose) -> Shift | None:
+        """The motion since the last scan, to this one's pose; None for the first, or a silent one."""
+        before, self.before = self.before, pose
+        share, axes = facing(scan)
+        error = self.rng.standard_normal(3)
+        if before is None or not share.any():
+            self.before = pose if share.any() else None
+            return None
+        sd = np.where(share < self.settings.narrowest, UNSEEN, self.settings.position / np.sqrt(2.0 * share))
+        cosine, sine = math.cos(before.yaw), math.sin(before.yaw)
+        dx, dy, turn = pose.x - before.x, pose.y - before.y, wrapped(pose.yaw - before.yaw)
+        back = rotation(turn) @ axes  # the walls' directions, as seen from the pose before
+        covariance = np.zeros((3, 3))
+        covariance[:2, :2] = (back * sd**2) @ back.T
+        covariance[2, 2] = math.radians(self.settings.yaw) ** 2
+        motion = np.array([cosine * dx + sine * dy, cosine * dy - sine * dx, turn])
+        motion[:2] += back @ (sd * error[:2])
+        motion[2] += math.radians(self.settings.yaw) * error[2]
+        return Shift(motion, covariance)
+
+
+def facing(scan: Scan) -> tuple[np.ndarray, np.ndarray]:
+    """Which ways the seen walls face: shares (2,) that add up to 1, and their directions, the columns of (2, 2).
+
+    All zero where nothing is seen. A wall is where returns SPAN beams apart are less than GAP metres apart.
+    """
+    x, y = scan.range * np.cos(scan.bearing), scan.range * np.sin(scan.bearing)
+    along_x, along_y = np.append(x[SPAN:], x[:SPAN]) - x, np.append(y[SPAN:], y[:SPAN]) - y
+    length = np.hypot(along_x, along_y)
+    wall = (length < GAP) & (length > 0.0)  # false for nan
+    if not wall.any():
+        return np.zeros(2), np.eye(2)
+    normal_x, normal_y = -along_y[wall] / length[wall], along_x[wall] / length[wall]
+    xx, yy, xy = normal_x @ normal_x, normal_y @ normal_y, normal_x @ normal_y
+    most = 0.5 + 0.5 * math.hypot(xx - yy, 2.0 * xy) / (xx + yy)
+    return np.array([most, 1.0 - most]), rotation(0.5 * math.atan2(2.0 * xy, xx - yy))
+
+
+def rotation(angle: float) -> np.ndarray:
+    """(2, 2), to the left."""
+    cosine, sine = math.cos(angle), math.sin(angle)
+    return np.array([[cosine, -sine], [sine, cosine]])
