@@ -1,4 +1,4 @@
-"""The nouns that travel between rooms: Pose, FloorPlan, Episode, Foresight. Each can be saved and loaded.
+"""The nouns that travel between rooms: Pose, FloorPlan, Episode, DockReport, Foresight. Each can be saved and loaded.
 
 Frames. x points right and y up, in metres from the lower-left corner of the scene (for a ROS map:
 of its image); yaw is counter-clockwise from +x in radians. Cell (row, column) covers
@@ -109,6 +109,39 @@ class Episode:
             raise RunFolderError(f"{path} holds no episode: its images are {image.dtype} {image.shape}, "
                                  f"for {len(action)} actions that should be 0, 1 or 2.")
         return cls(**arrays, events=events)
+
+
+@dataclass(frozen=True)
+class DockReport:
+    """One homecoming. code: docked, or the name of what went wrong; human: a person carried the robot to its dock.
+
+    attempts: approaches that were begun; recoveries: what was tried in between, by name; seconds, metres: of it all;
+    distance: metres from the dock when it set out; battery: share that was left. arrival (3,): where the robot truly
+    stood when the first approach began, x y yaw in the dock's frame (x away from it, yaw 0 facing it), and error (3,)
+    how far off its belief was there; None where it did not come so far.
+    """
+
+    code: str
+    text: str
+    human: bool
+    attempts: int
+    recoveries: tuple[str, ...]
+    seconds: float
+    metres: float
+    distance: float
+    battery: float
+    arrival: tuple[float, float, float] | None = None
+    error: tuple[float, float, float] | None = None
+
+    @property
+    def success(self) -> bool:
+        return self.code == "docked"
+
+    @classmethod
+    def of(cls, plain: dict[str, Any]) -> DockReport:
+        """What `asdict` made, lists for tuples as JSON has them."""
+        lists = {key: tuple(value) for key, value in plain.items() if isinstance(value, list)}
+        return cls(**{**plain, **lists})
 
 
 @dataclass(frozen=True)

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from enum import Enum
 
 from curionav_cli.config.bounds import within
+from curionav_cli.config.docking_schema import Docking
 from curionav_cli.config.schema import Robot
 
 
@@ -137,6 +138,7 @@ class Turtlebot(Robot):
     depth: Rays
     scan_odometry: ScanOdometry
     filter: Filter
+    docking: Docking
 
     def __post_init__(self) -> None:
         within("robot.step", self.step, least=0.01)

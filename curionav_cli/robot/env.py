@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
@@ -11,13 +12,16 @@ import gymnasium
 import numpy as np
 
 from curionav_cli.config.robot_schema import Turtlebot
-from curionav_cli.records import read_json
+from curionav_cli.records import read_arrays, read_json, write_arrays
+from curionav_cli.robot.base import Base
 from curionav_cli.robot.body import Body
+from curionav_cli.robot.homecoming import Homecoming
 from curionav_cli.robot.localiser import Localiser
+from curionav_cli.robot.occupancy import Occupancy
 from curionav_cli.world.env import NavigationEnv, Observation
 from curionav_cli.world.motion import FORWARD, HEADINGS, LEFT, RIGHT, STEP
 
-STREAM = 21  # keeps the robot's random streams apart from the world's and the agent's
+STREAM, DOCK_STREAM = 21, 22  # keeps the robot's random streams apart from the world's and the agent's
 TURNS = {LEFT: 2.0 * math.pi / HEADINGS, RIGHT: -2.0 * math.pi / HEADINGS}
 
 
@@ -49,6 +53,7 @@ class RobotEnv(gymnasium.Wrapper):
         self.localiser.fix(self.env.now.plan.start, 0.01, math.radians(1.0))
         self.localiser.depart()
         self.body.battery.charge()
+        self.map = Occupancy()
         return self._observe(), {**self._info(False), "events": info["events"], "dock": dock}
 
     def step(self, action: int) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
@@ -62,30 +67,38 @@ class RobotEnv(gymnasium.Wrapper):
             collided = sensed.bump is not None
         else:
             sensed, collided = self.body.drive(0.0, TURNS[action], seconds), False
-        self.localiser.feel(sensed, self.body.scan())
+        scan = self.body.scan()
+        self.localiser.feel(sensed, scan)
+        self.map.insert(self.localiser.pose, scan)
         return self._observe(), 0.0, False, self.body.battery.low, self._info(collided)
 
     def save(self, folder: Path) -> None:
         """Write what `load` needs to go on after the episode that was just lived."""
         state = {"episode": self._episode, "body": self.body.save(), "localiser": self.localiser.save()}
         (folder / "robot.json").write_text(json.dumps(state))
+        write_arrays(folder / "robot_map.npz", self.map.save())
 
     def load(self, folder: Path) -> None:
         """Stand at the end of the saved episode: the next reset(seed=...) goes home from there."""
-        self._restored = read_json(folder / "robot.json")
+        arrays = read_arrays(folder / "robot_map.npz", Occupancy.SAVED)
+        self._restored = {**read_json(folder / "robot.json"), "map": arrays}
 
     def _begin(self, seed: int) -> None:
-        start = self.env.scene.plan.start
+        start, self._seed = self.env.scene.plan.start, seed
         self.body = Body(self.profile, np.random.default_rng([seed, STREAM]))
         self.localiser = Localiser(self.profile, start)
         if self._restored:
             self.body.load(self._restored["body"])
             self.body.around(self.env.scene.at(self._restored["episode"], seed)[0])
             self.localiser.load(self._restored["localiser"])
+            self.map, self._episode = Occupancy.of(self._restored["map"]), self._restored["episode"]
 
     def _home(self) -> dict[str, Any] | None:
         """Drive home and dock, in the world of the episode that ends."""
-        return None
+        scene = self.env.scene
+        light = np.random.default_rng([self._seed, DOCK_STREAM, self._episode])
+        base = Base(self.body, scene.dock, scene.plan.radius, self.profile, light)
+        return asdict(Homecoming(base, self.localiser, self.map, self.profile, scene.dock).run())
 
     def _blocked(self) -> bool:
         """Does the depth camera show something in the way of a forward move? What is too near it does not show."""

@@ -9,11 +9,7 @@ the loop's K is (0 means no learning). With N = 500, T = 100, B = 20 and E = 4 t
 
 from __future__ import annotations
 
-import math
-from bisect import bisect_right
 from collections.abc import Callable
-from itertools import accumulate
-from operator import mul
 from pathlib import Path
 from typing import Any
 
@@ -69,11 +65,11 @@ class CBET(Agent):
         self.episode = info["episode"]
         if len(self.acted.log_policy) % self.hyper.unroll == 0:
             self.acted.memory.append(self.actor.memory())
-        log_policy = log_softmax(self.actor.step(observation["image"]).tolist())
-        policy = [math.exp(number) for number in log_policy]
-        action = min(bisect_right(list(accumulate(policy)), self.rng.random()), len(policy) - 1)
-        self.acted.log_policy.append(log_policy[action])
-        self.acted.entropy.append(-sum(map(mul, policy, log_policy)))
+        log_policy = log_softmax(self.actor.step(observation["image"]))
+        policy = np.exp(log_policy)
+        action = min(int(np.searchsorted(policy.cumsum(), self.rng.random(), side="right")), len(policy) - 1)
+        self.acted.log_policy.append(float(log_policy[action]))
+        self.acted.entropy.append(float(-(policy * log_policy).sum()))
         return action
 
     def learn(self, replay: Replay, iterations: int, tick: Callable[[int], None]) -> dict[str, float]:
@@ -125,8 +121,8 @@ class CBET(Agent):
         self.begin()
 
 
-def log_softmax(logits: list[float]) -> list[float]:
-    """Log probabilities; what is not finite stays so, for the learner to find."""
-    shift = max(logits)
-    shift += math.log(sum(math.exp(number - shift) for number in logits))
-    return [number - shift for number in logits]
+def log_softmax(logits: np.ndarray) -> np.ndarray:
+    """(A,) float32 -> log probabilities, float64; what is not finite stays so, for the learner to find."""
+    with np.errstate(invalid="ignore"):
+        shifted = logits.astype(np.float64) - logits.max()
+        return shifted - np.log(np.exp(shifted).sum())

@@ -16,9 +16,6 @@ from curionav_cli.config import cbet_schema
 
 ACTIONS = 3  # forward, left, right
 SIDE, COLOURS = 64, 3
-PICTURES = 128  # at once on a CPU, so that what is computed stays near it
-
-aten = torch.ops.aten
 
 
 class Memory(NamedTuple):
@@ -26,26 +23,6 @@ class Memory(NamedTuple):
 
     hidden: Tensor
     cell: Tensor
-
-
-class Seen(torch.autograd.Function):
-    """A convolution 3 x 3 of stride 2, and ELU in its place. The bias's gradient is a plain sum: oneDNN, which finds
-    it together with the weight's, is slow at it. Backwards, gradients take the place of results: a graph is gone
-    through once."""
-
-    @staticmethod
-    def forward(ctx, x, weight, bias):
-        result = F.elu_(F.conv2d(x, weight, bias, 2, 1))
-        ctx.save_for_backward(x, weight, result)
-        return result
-
-    @staticmethod
-    def backward(ctx, gradient):
-        x, weight, result = ctx.saved_tensors
-        gradient = aten.elu_backward.grad_input(gradient, 1, 1, 1, True, result, grad_input=result)
-        to_x, to_weight, _ = aten.convolution_backward.default(
-            gradient, x, weight, None, [2, 2], [1, 1], [1, 1], False, [0, 0], 1, [ctx.needs_input_grad[0], True, False])
-        return to_x, to_weight, gradient.sum((0, 2, 3))
 
 
 class Eyes(nn.Module):
@@ -60,14 +37,9 @@ class Eyes(nn.Module):
         self.features = side * side * channels[-1]
 
     def forward(self, image: Tensor) -> Tensor:
-        image = image.flatten(0, -4)
-        parts = image.split(PICTURES) if image.device.type == "cpu" else (image,)
-        return torch.cat([self._see(part) for part in parts])
-
-    def _see(self, image: Tensor) -> Tensor:
-        x = image.permute(0, 3, 1, 2).float().mul_(1 / 255)
+        x = image.flatten(0, -4).permute(0, 3, 1, 2).float().mul_(1 / 255)
         for layer in self.layers:
-            x = Seen.apply(x, layer.weight, layer.bias)
+            x = F.elu(layer(x))
         return x.flatten(1)
 
 

@@ -1,0 +1,28 @@
+"""Where each attempt begins: the staging pose first, then what the profile's recoveries say."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from curionav_cli.config.docking_schema import Docking, Recovery
+
+Place = tuple[float, float]  # metres before the dock, metres to its left
+
+# From the staging pose: metres farther out, metres to the dock's left. None: from where the robot stands.
+PLACES: dict[Recovery, tuple[Place | None, ...]] = {
+    Recovery.rescan: (None,),
+    Recovery.back_off: ((0.5, 0.0),),
+    Recovery.back_off_far: ((1.0, 0.0),),
+    Recovery.sidestep_left: ((0.0, 0.5),),
+    Recovery.sidestep_right: ((0.0, -0.5),),
+    Recovery.relocalise: ((0.0, 0.0),),
+    Recovery.search: ((0.5, 0.8), (0.5, -0.8), (1.0, 1.2), (1.0, -1.2), (1.5, 0.0)),
+}
+
+
+def steps(settings: Docking) -> Iterator[tuple[str, Place | None]]:
+    """(name, where the attempt begins), the first being the staging pose itself."""
+    yield "staging", (settings.staging, 0.0)
+    for recovery in settings.recoveries:
+        for place in PLACES[recovery]:
+            yield recovery.value, (settings.staging + place[0], place[1]) if place else None

@@ -1,0 +1,107 @@
+"""Shortest paths on the robot's own map, from everywhere to one goal.
+
+This is A* without a heuristic, begun at the goal (Dijkstra): one search gives the cost to go of every cell, so the
+local layer can weigh headings, and a blocked robot asks again from where it stands for nothing. 8-connected; what is
+nearer to an obstacle than the robot's body is closed, what is nearer than `inflation` is dear, what is unknown is
+passable at a price. The planner knows an Occupancy and nothing else of the world.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import ndimage
+from scipy.sparse import csr_array
+from scipy.sparse.csgraph import dijkstra
+
+from curionav_cli.robot.occupancy import Occupancy
+
+BODY = 0.15  # metres; an obstacle in a cell is somewhere in it, so a little less than the robot's radius
+INFLATION = 0.24  # metres
+CLOSE, UNKNOWN, TIGHT = 6.0, 3.0, 30.0  # what a metre costs inside the inflation, in the unknown, and on the way out
+OUT = 0.3  # metres around a robot that stands too near to something: it may leave through what is closed to others
+NEIGHBOURS = ((0, 1, 1.0), (1, 0, 1.0), (1, 1, 2.0 ** 0.5), (1, -1, 2.0 ** 0.5))
+
+
+@dataclass(frozen=True)
+class Plan:
+    """cost: (rows, columns) metres to the goal, dearer cells counted longer; inf where no way leads from."""
+
+    cost: np.ndarray
+    corner: tuple[float, float]
+    cell: float
+
+    def at(self, x, y) -> np.ndarray:
+        """The cost to go from positions of any shape; inf outside the map."""
+        column = np.floor((np.asarray(x) - self.corner[0]) / self.cell).astype(np.int64)
+        row = np.floor((np.asarray(y) - self.corner[1]) / self.cell).astype(np.int64)
+        rows, columns = self.cost.shape
+        inside = (row >= 0) & (row < rows) & (column >= 0) & (column < columns)
+        return np.where(inside, self.cost[row % rows, column % columns], np.inf)
+
+    def path(self, x: float, y: float) -> np.ndarray:
+        """(K, 2) centres of the cells that lead from (x, y) to the goal; none where no way leads there."""
+        row, column = int((y - self.corner[1]) // self.cell), int((x - self.corner[0]) // self.cell)
+        cells = [(row, column)] if np.isfinite(self.at(x, y)) else []
+        while cells and self.cost[cells[-1]] > 0.0:
+            cells.append(self._next(*cells[-1]))
+        found = np.array(cells, np.float64).reshape(-1, 2)
+        return (found[:, ::-1] + 0.5) * self.cell + np.array(self.corner)
+
+    def _next(self, row: int, column: int) -> tuple[int, int]:
+        """The neighbour through which the way goes: the one that explains this cell's cost."""
+        around = [(row + dr, column + dc) for dr in (-1, 0, 1) for dc in (-1, 0, 1) if dr or dc]
+        inside = [cell for cell in around
+                  if 0 <= cell[0] < self.cost.shape[0] and 0 <= cell[1] < self.cost.shape[1]]
+        return min(inside, key=lambda cell: float(self.cost[cell]) + 1e-6 * (cell[0] != row and cell[1] != column))
+
+
+def plan(occupancy: Occupancy, x: float, y: float, start: tuple[float, float] | None = None) -> Plan:
+    """The way to (x, y) from everywhere; to the nearest open cell where the goal itself is closed.
+
+    start: where the robot stands, which may be closer to something than a planned way would be.
+    """
+    price = prices(occupancy)
+    if start:
+        tight = occupancy.around(*start, OUT) & ~occupancy.occupied & np.isinf(price)
+        price[tight] = TIGHT
+    goal = nearest_open(price, *(int(index) for index in occupancy.cells(x, y)))
+    cost = dijkstra(edges(price), directed=False, indices=goal).reshape(price.shape)
+    return Plan(cost * occupancy.cell, occupancy.corner, occupancy.cell)
+
+
+def prices(occupancy: Occupancy) -> np.ndarray:
+    """(rows, columns) what a metre costs in each cell, inf where the robot's body does not fit."""
+    occupied = occupancy.occupied
+    price = np.where(occupancy.known, 1.0, UNKNOWN)
+    if not occupied.any():
+        return price
+    room = ndimage.distance_transform_edt(~occupied) * occupancy.cell
+    price[room < INFLATION] *= CLOSE
+    price[room < BODY] = np.inf
+    return price
+
+
+def nearest_open(price: np.ndarray, row: int, column: int) -> int:
+    """Flat index of the open cell that is nearest to (row, column)."""
+    open_rows, open_columns = np.nonzero(np.isfinite(price))
+    nearest = int(np.argmin((open_rows - row) ** 2 + (open_columns - column) ** 2))
+    return int(open_rows[nearest] * price.shape[1] + open_columns[nearest])
+
+
+def edges(price: np.ndarray) -> csr_array:
+    """The grid as an undirected graph; an edge costs its length times the mean price of its ends."""
+    rows, columns = price.shape
+    index = np.arange(rows * columns).reshape(rows, columns)
+    starts, ends, weights = [], [], []
+    for down, right, length in NEIGHBOURS:
+        here = (slice(0, rows - down), slice(max(0, -right), columns - max(0, right)))
+        there = (slice(down, rows), slice(max(0, right), columns + min(0, right)))
+        weight = 0.5 * length * (price[here] + price[there]).ravel()
+        open_ = np.isfinite(weight)
+        starts.append(index[here].ravel()[open_])
+        ends.append(index[there].ravel()[open_])
+        weights.append(weight[open_])
+    ends_of = (np.concatenate(starts), np.concatenate(ends))
+    return csr_array((np.concatenate(weights), ends_of), shape=(index.size, index.size))
