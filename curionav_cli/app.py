@@ -120,11 +120,12 @@ def dock() -> None:
 @app.command()
 def coverage(
     words: Annotated[list[str] | None, typer.Argument(
-        metavar="RUN... [marking=RULE] [denominator=CELLS]", show_default=False,
-        help="Folders of runs or sweeps. marking=landing|swept|footprint, denominator=visitable|floor; "
-             "without them all are shown.")] = None,
+        metavar="RUN... [marking=RULE] [denominator=CELLS] [episodes=0,5,9] [film=last] [out=DIR]", show_default=False,
+        help="Folders of runs or sweeps. marking=landing|swept|footprint, denominator=visitable|floor: without them "
+             "all are shown. episodes: whose ways are drawn; film: those that become a .webm; out: "
+             "where figures go, with one of all runs of an environment beside each other.")] = None,
 ) -> None:
-    """Count the coverage of finished runs again, by any marking rule and denominator, and draw it."""
+    """Count the coverage of runs again, by any marking rule and denominator, and draw it; films, predictions."""
     from curionav_cli.commands import coverage
 
     raise typer.Exit(coverage.run(words or []))

@@ -80,7 +80,7 @@ def draw(run: RunFolder) -> None:
     share = f"{result.coverage.share:.1%} of {result.coverage.total} {result.denominator} cells"
     plots.save(plots.heatmap(result.coverage, f"{result.label}\n{share}"), run.figures / "heatmap.png")
     plots.save(plots.curves([result], result.label), run.figures / "coverage.png")
-    predictions.draw(result)
+    predictions.draw(result, run.figures)
     row = {**result.row(), "state": "done"}
     run.write("table.md", tables.markdown([row]))
     run.write("results.csv", tables.comma_separated([row]))

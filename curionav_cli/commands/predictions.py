@@ -14,30 +14,30 @@ from curionav_cli.results.foreseen import Errors
 from curionav_cli.results.runs import Run
 
 
-def draw(run: Run) -> list[str]:
-    """The run's figures of predictions; their names in its folder, none where it has no predictions."""
+def draw(run: Run, folder: Path) -> list[str]:
+    """The run's figures of predictions; their names in the folder, none where it has no predictions."""
     errors = foreseen.errors(run)
     if errors is None:
         return []
-    last = max(run.folder.foresight_paths())
+    last = max(run.foresights)
     held_out = f"{run.label}: episodes that were not learned from yet"
     figures = {"predictions": predictions.pictures(predictions.chosen(foreseen.strips(run)), held_out),
                "prediction_error": predictions.error_curve(
                    errors, run.agent, f"episodes {last - len(errors.predicted) + 1} to {last}", run.label)}
     for name, figure in figures.items():
-        plots.save(figure, run.folder.figures / f"{name}.png")
-    return [f"figures/{name}.png" for name in figures]
+        plots.save(figure, folder / f"{name}.png")
+    return [f"{name}.png" for name in figures]
 
 
-def draw_seeds(runs: Sequence[Run]) -> list[Path]:
-    """The error over the seeds of one agent (or variant) in one environment, in the folder above these runs."""
+def draw_seeds(runs: Sequence[Run], out: Path | None = None) -> list[Path]:
+    """The error over the seeds of one agent (or variant) in one environment, in `out` or the folder above the runs."""
     drawn = []
     for env, agent in dict.fromkeys((run.env, run.agent) for run in runs):
         same = [run for run in runs if (run.env, run.agent) == (env, agent)]
         several = [errors for run in same if (errors := foreseen.errors(run))]
         if len(several) < 2:
             continue
-        folder = Path(os.path.commonpath([run.folder.path.resolve() for run in same])) / "figures"
+        folder = out or Path(os.path.commonpath([run.folder.path.resolve() for run in same])) / "figures"
         folder.mkdir(exist_ok=True)
         figure = predictions.error_curve(foreseen.over_runs(several), agent, f"{len(several)} seeds", f"{env}, {agent}")
         drawn.append(folder / f"prediction_error_{env}_{agent.replace(' ', '_')}.png")

@@ -45,7 +45,7 @@ class Errors(NamedTuple):
 
 def newest(run: Run) -> dict[int, Foresight]:
     """The predictions of the newest episodes, oldest first; none where the agent predicts nothing."""
-    return {index: Foresight.load(path) for index, path in list(run.folder.foresight_paths().items())[-NEWEST:]}
+    return {index: Foresight.load(path) for index, path in list(run.foresights.items())[-NEWEST:]}
 
 
 def errors(run: Run) -> Errors | None:

@@ -4,14 +4,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from curionav_cli.errors import RunFolderError
-from curionav_cli.records import read_arrays, read_json
+from curionav_cli.records import read_json
 from curionav_cli.results.arms import Settings, arm_settings, world_settings
-from curionav_cli.results.coverage import Coverage, Curve
+from curionav_cli.results.coverage import Curve
 from curionav_cli.results.runs import Run, job_number, spent
 from curionav_cli.storage.run_folder import RunFolder
 
@@ -68,53 +67,14 @@ def read(folder: Path, rule: str, denominator: str) -> Life:
     """The run in `folder`. Raises RunFolderError where nothing of it can be shown."""
     if not (folder / "config.yaml").is_file():
         raise RunFolderError(f"{folder} did not begin; if it failed, its log says why")
-    run = Run.open(folder)
-    fixed, plan = read_json(folder / "fixed.json"), run.plan
-    coverage = Coverage(plan, rule, denominator)
-    status, gap = status_of(run.folder)
-    state, error = status.get("state") or "unknown", status.get("error") or ""
-    ends, lost = count(run.folder, coverage, status.get("episode", 0))
-    if len(ends) == 1:
-        raise RunFolderError("; ".join([f"{folder} has no finished episode ({state})", *filter(None, [error, lost])]))
-    metrics = run.folder.metrics()
-    torn = torn_line(run.folder, len(metrics))
+    run = Run(RunFolder(folder), rule, denominator)
+    fixed, found = read_json(folder / "fixed.json"), run.readable
+    state, error = found.status.get("state") or "unknown", found.status.get("error") or ""
+    if len(found.ends) == 1:
+        raise RunFolderError("; ".join([f"{folder} has no finished episode ({state})",
+                                        *filter(None, [error, found.lost])]))
+    ends, metrics = np.array(found.ends), run.folder.metrics()
     budget = {key: np.append(sums, np.full(max(0, len(ends) - len(sums)), np.nan))
               for key, sums in spent(metrics).items()}
-    return Life(folder, run.env, run.agent, run.seed, run.preset, arm_settings(fixed), world_settings(fixed),
-                coverage.curve(), np.array(ends), budget, state, error, state == "done" and not lost,
-                tuple(filter(None, (gap, lost, torn))))
-
-
-def status_of(run: RunFolder) -> tuple[dict[str, Any], str]:
-    """status.json, and what is wrong with it."""
-    try:
-        return run.status, ""
-    except RunFolderError as error:
-        return {}, str(error)
-
-
-def count(run: RunFolder, coverage: Coverage, noted: int) -> tuple[list[int], str]:
-    """Count episodes up to the first that is missing or broken: steps after each, and a line about that one.
-
-    noted: episodes that the run said it had finished.
-    """
-    ends, lost = [0], ""
-    for path in run.episode_paths():
-        try:
-            coverage.add(read_arrays(path, ("pose",))["pose"])
-        except RunFolderError as error:
-            lost = str(error)
-            break
-        ends.append(coverage.steps)
-    first = len(ends) - 1
-    there = [int(path.stem) for path in run.path.glob(f"episodes/{'[0-9]' * 6}.npz")]
-    if not lost and first < max([noted, *(index + 1 for index in there)]):
-        lost = f"{run.episode_path(first)} is missing."
-    return ends, lost and f"{lost} Shown up to there, {coverage.steps:,} steps."
-
-
-def torn_line(run: RunFolder, rows: int) -> str:
-    """A line about the end of metrics.jsonl, where it cannot be read."""
-    lines = run.metrics_file.read_text().splitlines() if run.metrics_file.exists() else []
-    return f"{run.metrics_file}: line {rows + 1} is torn; what was spent from there on is not known" \
-        if len(lines) > rows else ""
+    return Life(folder, run.env, run.agent, run.seed, run.preset, arm_settings(fixed), world_settings(fixed), run.curve,
+                ends, budget, state, error, state == "done" and not found.lost, found.gaps)

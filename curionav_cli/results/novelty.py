@@ -37,10 +37,10 @@ class Views(NamedTuple):
 
 def views(run: Run) -> Views | None:
     """Of the newest episodes, each against all before it; None where there are no predictions, or one episode only."""
-    stored = {index: path for index, path in list(run.folder.foresight_paths().items())[-NEWEST:] if index}
+    stored = {index: path for index, path in list(run.foresights.items())[-NEWEST:] if index}
     if not stored:
         return None
-    paths, poses = run.folder.episode_paths(), list(run.folder.poses())
+    paths, poses = run.episodes, run.poses()
     found = []
     for index, path in stored.items():
         lived = read_arrays(paths[index], ("action", "collided"))

@@ -14,6 +14,7 @@ from matplotlib.axes import Axes
 from matplotlib.colors import ListedColormap, LogNorm
 from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
+from matplotlib.ticker import EngFormatter
 
 from curionav_cli.records import FloorPlan, write_whole
 from curionav_cli.results.coverage import Coverage
@@ -40,7 +41,7 @@ OTHERS = (  # for agents of other names, and for all but the first arm of one ag
     Look("#4d7c0f", (0, (9, 3)), "*"), Look("#a21caf", (0, (4, 2, 1, 2, 1, 2)), "h"), Look("#0284c7", (0, (2, 1)), "d"),
     Look("#92400e", (0, (10, 2, 1, 2)), "8"),
 )
-SOLID = "#4b5563"
+SOLID, START = "#4b5563", "#1d4ed8"
 VISITS = ListedColormap(matplotlib.colormaps["inferno_r"](np.linspace(0.15, 1, 256)))  # visible on white
 DRAWN = 140  # about so many squares along the longer side of a building
 matplotlib.rcParams.update({
@@ -94,16 +95,17 @@ def draw_heatmap(axes: Axes, coverage: Coverage, title: str, most: int) -> None:
     axes.imshow(np.ma.masked_equal(visits, 0), norm=LogNorm(1, max(2, most)), cmap=VISITS, origin="lower",
                 extent=(0, visits.shape[1] * side * plan.cell, 0, visits.shape[0] * side * plan.cell),
                 interpolation="nearest")
-    half = max(plan.cell, 0.012 * max(extent_of(plan)))
-    axes.add_patch(Rectangle((plan.start.x - half, plan.start.y - half), 2 * half, 2 * half,
-                             facecolor="#1d4ed8", edgecolor="white", linewidth=0.8, zorder=3))
+    mark_start(axes, plan)
     axes.set(title=title, xlabel="x (m)", ylabel="y (m)")
 
 
 def add_scale(figure: Figure, all_axes: Sequence[Axes], coverage: Coverage) -> None:
+    figure.colorbar(all_axes[0].images[-1], ax=all_axes, shrink=0.8, label=visits_label(coverage))
+
+
+def visits_label(coverage: Coverage) -> str:
     side = block_side(coverage.plan)
-    what = "a cell" if side == 1 else f"{side * side} cells"
-    figure.colorbar(all_axes[0].images[-1], ax=all_axes, shrink=0.8, label=f"visits to {what} ({coverage.rule})")
+    return f"visits to {'a cell' if side == 1 else f'{side * side} cells'} ({coverage.rule})"
 
 
 def block_side(plan: FloorPlan) -> int:
@@ -127,16 +129,28 @@ def extent_of(plan: FloorPlan) -> tuple[float, float]:
 
 
 def draw_plan(axes: Axes, plan: FloorPlan, extent: tuple[float, float, float, float]) -> None:
-    """Obstacles dark, cells that can be visited light, floor out of reach between; cropped to the building."""
-    picture = np.ones((*plan.floor.shape, 3))
-    picture[plan.floor] = matplotlib.colors.to_rgb("#e5e7eb")
-    picture[plan.visitable] = matplotlib.colors.to_rgb("#f3f4f6")
-    picture[plan.solid] = matplotlib.colors.to_rgb(SOLID)
-    axes.imshow(picture, origin="lower", extent=extent, interpolation="nearest")
+    """The plan's picture, cropped to the building."""
+    axes.imshow(picture_of(plan), origin="lower", extent=extent, interpolation="nearest")
     used = np.argwhere(plan.floor)
     low, high = (used.min(0) - 2) * plan.cell, (used.max(0) + 3) * plan.cell
     axes.set_xlim(max(0, low[1]), min(extent[1], high[1]))
     axes.set_ylim(max(0, low[0]), min(extent[3], high[0]))
+
+
+def picture_of(plan: FloorPlan) -> np.ndarray:
+    """(rows, columns, 3): obstacles dark, cells that can be visited light, floor out of reach between."""
+    picture = np.ones((*plan.floor.shape, 3))
+    picture[plan.floor] = matplotlib.colors.to_rgb("#e5e7eb")
+    picture[plan.visitable] = matplotlib.colors.to_rgb("#f3f4f6")
+    picture[plan.solid] = matplotlib.colors.to_rgb(SOLID)
+    return picture
+
+
+def mark_start(axes: Axes, plan: FloorPlan) -> None:
+    """A blue square."""
+    half = max(plan.cell, 0.012 * max(extent_of(plan)))
+    axes.add_patch(Rectangle((plan.start.x - half, plan.start.y - half), 2 * half, 2 * half,
+                             facecolor=START, edgecolor="white", linewidth=0.8, zorder=3))
 
 
 def looks(arms: dict[str, str]) -> dict[str, Look]:
@@ -148,7 +162,13 @@ def looks(arms: dict[str, str]) -> dict[str, Look]:
 def curves(runs: Sequence[Run], title: str) -> Figure:
     """Visited cells (left) and their share (right) over steps, the number of cells as a dotted line."""
     figure = Figure((6.4, 3.8), layout="constrained")
-    axes = figure.add_subplot()
+    draw_curves(figure.add_subplot(), runs, title)
+    figure.legend(loc="outside lower center", ncols=5)
+    return figure
+
+
+def draw_curves(axes: Axes, runs: Sequence[Run], title: str) -> None:
+    """Both scales into one panel; each agent is named once."""
     look = looks({run.agent: run.config["agent"]["name"] for run in runs})
     named: set[str] = set()
     for run in runs:
@@ -159,12 +179,11 @@ def curves(runs: Sequence[Run], title: str) -> Figure:
         named.add(run.agent)
     total = max(run.coverage.total for run in runs)
     axes.axhline(total, color="#b91c1c", linestyle=":", linewidth=1.4)
-    axes.annotate(f"{total} {runs[0].denominator} cells", (0.01, total), xycoords=("axes fraction", "data"),
+    axes.annotate(f"{total:,} {runs[0].denominator} cells", (0.01, total), xycoords=("axes fraction", "data"),
                   xytext=(0, -11), textcoords="offset points", color="#b91c1c")
     axes.set(title=title, xlabel="steps", ylabel=f"visited cells ({runs[0].rule})", ylim=(0, total * 1.04),
              xlim=(0, max(run.curve.steps for run in runs)))
+    axes.xaxis.set_major_formatter(EngFormatter(sep=""))
     percent = 100 / total
     share = axes.secondary_yaxis("right", functions=(partial(np.multiply, percent), partial(np.multiply, 1 / percent)))
     share.set_ylabel(f"share of {runs[0].denominator} cells (%)")
-    figure.legend(loc="outside lower center", ncols=5)
-    return figure

@@ -13,7 +13,8 @@ import numpy as np
 
 from curionav_cli.records import FloorPlan, read_arrays
 from curionav_cli.results.arms import flat, labels
-from curionav_cli.results.coverage import Coverage, Curve, cover
+from curionav_cli.results.coverage import Coverage, Curve
+from curionav_cli.results.gaps import Readable, readable
 from curionav_cli.storage.run_folder import RunFolder
 
 ACTIONS = ("forward", "left", "right")
@@ -73,8 +74,28 @@ class Run:
         return self.folder.plan
 
     @cached_property
+    def readable(self) -> Readable:
+        """Raises RunFolderError where the run has no plan: then nothing can be shown."""
+        return readable(self.folder, self.plan, self.rule, self.denominator)
+
+    @property
     def coverage(self) -> Coverage:
-        return cover(self.plan, self.folder.poses(), self.rule, self.denominator)
+        """Of the episodes up to the first that is missing or broken."""
+        return self.readable.coverage
+
+    @property
+    def episodes(self) -> list[Path]:
+        """The files of those episodes."""
+        return [self.folder.episode_path(index) for index in range(len(self.readable.ends) - 1)]
+
+    @property
+    def foresights(self) -> dict[int, Path]:
+        """What the agent expected of these episodes, by episode; none where it predicts nothing."""
+        return {index: path for index, path in self.folder.foresight_paths().items() if index < len(self.episodes)}
+
+    def poses(self) -> list[np.ndarray]:
+        """(T+1, 3) of each of these episodes."""
+        return [read_arrays(path, ("pose",))["pose"] for path in self.episodes]
 
     @cached_property
     def curve(self) -> Curve:
@@ -83,7 +104,7 @@ class Run:
     def row(self) -> dict[str, Any]:
         """One line of a table; shares between 0 and 1, missing numbers as None."""
         metrics = self.folder.metrics()
-        status = self.folder.status
+        status = self.readable.status
         mix = Counter(self.actions())
         steps = max(1, sum(mix.values()))
         return {
@@ -102,7 +123,7 @@ class Run:
 
     def actions(self) -> list[int]:
         """Every action of the run, in order."""
-        return [int(a) for path in self.folder.episode_paths() for a in read_arrays(path, ("action",))["action"]]
+        return [int(a) for path in self.episodes for a in read_arrays(path, ("action",))["action"]]
 
 
 def tell_apart(runs: Sequence[Run]) -> None:

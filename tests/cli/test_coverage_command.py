@@ -42,10 +42,40 @@ def test_one_rule_can_be_asked_for(cli: Cli, a_run: Path) -> None:
         "coverage_swept_floor.png", "heatmap_swept_floor.png"]
 
 
+def test_episodes_are_drawn_and_filmed_into_a_folder_of_their_own(cli: Cli, a_run: Path, tmp_path: Path) -> None:
+    before = sorted(a_run.rglob("*"))
+    words = ("coverage", "run", "marking=landing", "denominator=visitable", "episodes=1", "film=last")
+    for turn in ("one", "two"):
+        assert cli(*words, f"out={turn}").code == 0
+    assert sorted(a_run.rglob("*")) == before
+    made = {path.relative_to(tmp_path / "one") for path in (tmp_path / "one").rglob("*.*")}
+    names = {"run/card.png", "run/trajectories.pdf", "run/episode_000001.webm", "beside_small_room.png",
+             "card_small_room.pdf", "run/heatmap_landing_visitable.png"}
+    assert names <= {str(path) for path in made}
+    for path in made:
+        assert (tmp_path / "one" / path).read_bytes() == (tmp_path / "two" / path).read_bytes(), path
+
+
+def test_what_is_missing_is_named_and_the_rest_shown(cli: Cli, a_run: Path) -> None:
+    (a_run / "episodes" / "000001.npz").unlink()
+    with open(a_run / "metrics.jsonl", "a") as file:
+        file.write('{"episode": 2, "cov')
+    answer = cli("coverage", "run", "nowhere", "marking=landing", "denominator=visitable", "out=out")
+    assert answer.code == 0, answer.error
+    for said in ("000001.npz is missing. Shown up to there, 40 steps.", "line 3 is torn", "There is no folder nowhere"):
+        assert len([line for line in answer.out.splitlines() if said in line]) == 1, (said, answer.out)
+    answer = cli("coverage", "run", "film=1")
+    assert answer.code == 2 and "has no episode 1: it has 0 to 0." in answer.error
+    (a_run / "episodes" / "000000.npz").write_bytes(b"PK")
+    answer = cli("coverage", "run")
+    assert answer.code == 2 and "no finished episode" in answer.error and len(answer.error.strip().splitlines()) == 1
+
+
 @pytest.mark.parametrize(("words", "said"), [
     ((), "Name the folder of a run or a sweep"), (("nowhere",), "There is no folder nowhere"),
     (("run", "marking=swepd"), "Did you mean swept?"), (("run", "color=red"), "coverage has no setting color"),
-    ((".",), "holds no run"),
+    ((".",), "holds no run"), (("run", "episodes=first"), "not a list of episodes"),
+    (("run", "film=some"), "not a list of episodes, as in film"),
 ])
 def test_wrong_words_have_one_clear_line(cli: Cli, words: tuple[str, ...], said: str) -> None:
     answer = cli("coverage", *words)
