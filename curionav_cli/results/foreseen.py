@@ -50,7 +50,7 @@ def newest(run: Run) -> dict[int, Foresight]:
 
 def errors(run: Run) -> Errors | None:
     """Of the newest episodes, each the mean of its windows."""
-    paths = list(run.folder.foresight_paths().values())[-NEWEST:]
+    paths = list(run.foresights.values())[-NEWEST:]
     if not paths:
         return None
     read = [read_arrays(path, ("error", "repeat")) for path in paths]
