@@ -20,13 +20,15 @@ from curionav_cli.world.env import NavigationEnv
 from curionav_cli.world.motion import HEADINGS
 from curionav_cli.world.scene import Scene
 
+World = NavigationEnv | RobotEnv
+
 
 def scene(settings: Config) -> Scene:
     """The world at rest. Raises SceneError or MapError."""
     return Scene.from_dict(asdict(settings.env), f"env/{settings.env.name}.yaml")
 
 
-def env(settings: Config, world: Scene) -> NavigationEnv | RobotEnv:
+def env(settings: Config, world: Scene) -> World:
     """The world with a robot in it; robot=ideal respawns, the others drive home and dock."""
     ideal = NavigationEnv(world, engine=settings.env.engine.value)
     return RobotEnv(ideal, settings.robot) if isinstance(settings.robot, Turtlebot) else ideal
@@ -50,14 +52,17 @@ def check(settings: Config) -> None:
 
 def check_lengths(settings: Config) -> None:
     """Episodes that are too short to learn from. Raises ConfigError."""
+    steps, why = settings.loop.steps, ""
+    if isinstance(settings.robot, Turtlebot) and settings.robot.steps < steps:
+        steps, why = settings.robot.steps, ", as long as robot.battery lasts"
     length = getattr(settings.agent, "sequence_length", 0)
-    if settings.loop.iterations and length > settings.loop.steps + 1:
-        raise ConfigError(f"agent.sequence_length={length} does not fit into an episode of {settings.loop.steps} "
-                          f"steps. Set loop.steps={length - 1} or more, or a shorter agent.sequence_length.")
+    if settings.loop.iterations and length > steps + 1:
+        raise ConfigError(f"agent.sequence_length={length} does not fit into an episode of {steps} steps{why}. "
+                          f"Set loop.steps={length - 1} or more, or a shorter agent.sequence_length.")
     unroll = getattr(settings.agent, "unroll", 1)
-    if settings.loop.iterations and settings.loop.steps % unroll:
-        raise ConfigError(f"agent.unroll={unroll} does not divide an episode of {settings.loop.steps} steps. "
-                          f"Set agent.unroll={settings.loop.steps}, or another divisor of loop.steps.")
+    if settings.loop.iterations and steps % unroll:
+        raise ConfigError(f"agent.unroll={unroll} does not divide an episode of {steps} steps{why}. "
+                          f"Set agent.unroll={steps}, or another divisor of {'it' if why else 'loop.steps'}.")
 
 
 def agent(settings: Config, world: Scene) -> Agent:

@@ -75,19 +75,26 @@ def spent(what: str, began: tuple[float, float], ended: tuple[float, float]) -> 
 
 def run_episode(env: gymnasium.Env, agent: Agent, observation: dict[str, np.ndarray], info: dict[str, Any],
                 steps: int, watch: Watcher) -> Episode:
-    """Live `steps` steps from where the robot stands."""
-    image = np.empty((steps + 1, *observation["image"].shape), np.uint8)
-    pose, action = np.empty((steps + 1, 3)), np.empty(steps, np.int64)
-    collided = np.empty(steps, bool)
-    events = info.get("events", ())
-    image[0], pose[0] = observation["image"], info["pose"]
+    """Live `steps` steps from where the robot stands, or fewer where the environment ends it (a battery runs low)."""
+    image, action = np.empty((steps + 1, *observation["image"].shape), np.uint8), np.empty(steps, np.int64)
+    image[0], told, truncated = observation["image"], [info], False
     agent.begin()
-    for t in range(steps):
-        action[t] = agent.act(observation, info)
-        observation, _, _, _, info = env.step(int(action[t]))
-        image[t + 1], pose[t + 1], collided[t] = observation["image"], info["pose"], info["collided"]
-        watch.acted(t + 1)
-    return Episode(image, action, pose, collided, tuple(events))
+    while len(told) <= steps and not truncated:
+        t = len(told)
+        action[t - 1] = agent.act(observation, info)
+        observation, _, _, truncated, info = env.step(int(action[t - 1]))
+        image[t] = observation["image"]
+        told.append(info)
+        watch.acted(t)
+    return recorded(image[:len(told)], action[:len(told) - 1], told)
+
+
+def recorded(image: np.ndarray, action: np.ndarray, told: list[dict[str, Any]]) -> Episode:
+    """An episode of what was seen (T+1), done (T) and told (T+1 infos)."""
+    estimate = np.array([info["estimate"] for info in told]) if "estimate" in told[0] else None
+    collided = np.array([info["collided"] for info in told[1:]], bool)
+    return Episode(image, action, np.array([info["pose"] for info in told], np.float64), collided,
+                   tuple(told[0].get("events", ())), estimate, told[0].get("dock"))
 
 
 class LearnHere:

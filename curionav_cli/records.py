@@ -82,7 +82,8 @@ class Episode:
 
     image (T+1, 64, 64, 3) uint8 RGB; action (T,) int64, 0 forward, 1 left, 2 right;
     pose (T+1, 3) float64, x y yaw in metres and radians; collided (T,) bool, a forward move that was
-    cut short or cancelled; events: what changed in the world before it began (moved objects, light).
+    cut short or cancelled; events: what changed in the world before it began (moved objects, light). Of a robot that
+    drifts also estimate (T+1, 3), where it believed to be, and dock, how it came home before (none: the first start).
     """
 
     image: np.ndarray
@@ -90,25 +91,29 @@ class Episode:
     pose: np.ndarray
     collided: np.ndarray
     events: tuple[dict[str, Any], ...] = field(default=())
+    estimate: np.ndarray | None = None
+    dock: dict[str, Any] | None = None
 
     def __len__(self) -> int:
         return len(self.action)
 
     def save(self, path: Path) -> None:
-        write_arrays(path, {
-            "image": self.image, "action": self.action, "pose": self.pose,
-            "collided": self.collided, "events": np.array(json.dumps(self.events)),
-        })
+        arrays = {"image": self.image, "action": self.action, "pose": self.pose, "collided": self.collided,
+                  "events": np.array(json.dumps(self.events))}
+        if self.estimate is not None:
+            arrays |= {"estimate": self.estimate, "dock": np.array(json.dumps(self.dock))}
+        write_arrays(path, arrays)
 
     @classmethod
     def load(cls, path: Path) -> Episode:
-        arrays = read_arrays(path, ("image", "action", "pose", "collided", "events"))
+        arrays = read_arrays(path, ("image", "action", "pose", "collided", "events"), ("estimate", "dock"))
         events = tuple(json.loads(str(arrays.pop("events"))))
+        dock = json.loads(str(arrays.pop("dock", "null")))
         image, action = arrays["image"], arrays["action"]
         if image.shape != (len(action) + 1, 64, 64, 3) or image.dtype != np.uint8 or not np.isin(action, ACTIONS).all():
             raise RunFolderError(f"{path} holds no episode: its images are {image.dtype} {image.shape}, "
                                  f"for {len(action)} actions that should be 0, 1 or 2.")
-        return cls(**arrays, events=events)
+        return cls(**arrays, events=events, dock=dock)
 
 
 @dataclass(frozen=True)
@@ -208,9 +213,12 @@ def write_arrays(path: Path, arrays: dict[str, np.ndarray]) -> None:
     write_whole(path, body)
 
 
-def read_arrays(path: Path, names: tuple[str, ...]) -> dict[str, np.ndarray]:
-    """The named arrays of an npz. Raises RunFolderError where the file is broken or lacks one."""
+def read_arrays(path: Path, names: tuple[str, ...], optional: tuple[str, ...] = ()) -> dict[str, np.ndarray]:
+    """The named arrays of an npz, the optional ones if it has them. Raises RunFolderError where the file is broken or
+    lacks another."""
     with opened(path) as archive:
+        held = archive.namelist() if optional else []
+        names += tuple(name for name in optional if f"{name}.npy" in held)
         return {name: decoded(archive.read(f"{name}.npy")) for name in names}
 
 

@@ -18,6 +18,7 @@ from curionav_cli.config.settings import settings_yaml
 from curionav_cli.errors import ConfigError
 from curionav_cli.loop import LearnHere, live
 from curionav_cli.results.coverage import cover
+from curionav_cli.storage import checkpoint
 from curionav_cli.storage.replay import Replay
 from curionav_cli.storage.run_folder import RunFolder
 
@@ -48,6 +49,13 @@ class Exploration:
     def agent(self) -> Agent:
         return build.agent(self.settings, self.world)
 
+    def env(self, first: int) -> build.World:
+        """The world as episode `first` finds it."""
+        env = build.env(self.settings, self.world)
+        if first:
+            env.load(checkpoint.at(self.run.checkpoints, first))
+        return env
+
     def create(self, about: dict[str, Any]) -> None:
         about = {**about, "engine": self.settings.env.engine.value}
         self.run.create(settings_yaml(self.settings), self.fixed, about, self.world.plan)
@@ -61,12 +69,13 @@ class Exploration:
         coverage, stored = cover(run.plan, run.poses()), run.episode_paths() if agent.learns else []
         with closing(Replay.open(stored, memory=loop.replay_memory * 1e9, folder=run.path)) as replay, \
                 closing(line(label, first, loop.episodes)) as shown:
-            recorder = Recorder(run, agent, replay, self.fixed, coverage, Living(shown, loop))
+            env = self.env(first)
+            recorder = Recorder(run, env, agent, replay, self.fixed, coverage, Living(shown, loop))
             learn = LearnHere(agent, replay, loop.iterations, recorder, run.save_episode)
             run.set_status(state="running", error=None, episode=first, episodes=loop.episodes, **recorder.counts(),
                            **recorder.usage())
-            live(build.env(self.settings, self.world), agent, learn, episodes=loop.episodes, steps=loop.steps,
-                 seed=self.settings.seed, watch=recorder, first=first)
+            live(env, agent, learn, episodes=loop.episodes, steps=loop.steps, seed=self.settings.seed, watch=recorder,
+                 first=first)
         draw(run)
 
 

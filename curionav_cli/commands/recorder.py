@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Any
 
 from curionav_cli.agents.agent import Agent
+from curionav_cli.build import World
 from curionav_cli.commands.progress import Living, Studying
 from curionav_cli.records import Episode, Foresight
 from curionav_cli.results.coverage import Coverage
@@ -23,8 +25,12 @@ class Keeper:
     def keep(self, done: int, row: dict[str, Any], **status: Any) -> None:
         """After `done` episodes, or iterations: a row of metrics.jsonl, a checkpoint, the status."""
         self.run.append_metrics(row)
-        checkpoint.save(self.run.checkpoints, done, self.fixed, self.agent.save)
+        checkpoint.save(self.run.checkpoints, done, self.fixed, self.save)
         self.run.set_status(**status, **self.usage())
+
+    def save(self, folder: Path) -> None:
+        """Fill a checkpoint."""
+        self.agent.save(folder)
 
     def usage(self) -> dict[str, Any]:
         """What a learner's replay holds, for status.json."""
@@ -36,10 +42,15 @@ class Keeper:
 class Recorder(Keeper):
     """Watches a life (loop.Watcher) and counts its coverage."""
 
-    def __init__(self, run: RunFolder, agent: Agent, replay: Replay, fixed: dict[str, Any], coverage: Coverage,
-                 report: Living):
+    def __init__(self, run: RunFolder, env: World, agent: Agent, replay: Replay, fixed: dict[str, Any],
+                 coverage: Coverage, report: Living):
         super().__init__(run, agent, replay, fixed)
-        self.coverage, self.report = coverage, report
+        self.env, self.coverage, self.report = env, coverage, report
+
+    def save(self, folder: Path) -> None:
+        """The agent, and what its world needs to go on after this episode."""
+        super().save(folder)
+        self.env.save(folder)
 
     def counts(self) -> dict[str, float]:
         """What the run has covered so far."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from enum import Enum
 
@@ -139,6 +140,11 @@ class Turtlebot(Robot):
     scan_odometry: ScanOdometry
     filter: Filter
     docking: Docking
+
+    @property
+    def steps(self) -> int:
+        """How many actions an episode has at most, for the battery's sake."""
+        return max(1, math.ceil(round((self.battery.capacity - self.battery.reserve) / self.step, 6)))
 
     def __post_init__(self) -> None:
         within("robot.step", self.step, least=0.01)

@@ -19,7 +19,7 @@ class Battery:
     @property
     def low(self) -> bool:
         """Is no more left than what is kept to go home with?"""
-        return self.left <= self.reserve
+        return self.left <= self.reserve + 1e-6
 
     def drain(self, seconds: float) -> None:
         self.left = max(0.0, self.left - seconds)

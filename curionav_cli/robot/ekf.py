@@ -1,8 +1,9 @@
 """An extended Kalman filter of a step robot: predict by what wheels and gyro measured, update by what else is known.
 
-States: x, y (m), yaw (rad), gyro bias (rad/s), wheel scale (1 = all of the way too much), so that errors which stay
-are estimated and not called noise. `remember` adds the pose of now as three more, which never move, so that a
-measured motion since then can be weighed against it exactly. Updates are in Joseph's form.
+States: x, y (m), yaw (rad), gyro bias (rad/s), wheel scale and gyro scale (1 = all of it too much), so that errors
+which stay are estimated and not called noise. (Without the last, turns of 180 degrees at once made it too sure: its
+normalised error squared was 4.8 and not 3.) `remember` adds the pose of now as three more, which never move, so that
+a measured motion since then can be weighed against it exactly. Updates are in Joseph's form.
 """
 
 from __future__ import annotations
@@ -15,12 +16,13 @@ from scipy.special import gammaincinv
 
 from curionav_cli.geometry import wrapped
 
-X, Y, YAW, BIAS, SCALE = range(5)
-REMEMBERED = np.array([X, Y, YAW, BIAS, SCALE, X, Y, YAW])
+X, Y, YAW, BIAS, SCALE, TURN = range(STATES := 6)
+REMEMBERED = np.array([X, Y, YAW, BIAS, SCALE, TURN, X, Y, YAW])
+X0, Y0, YAW0 = range(STATES, 9)  # the remembered pose
 
 
 class Ekf:
-    """mean (5,) or (8,), covariance square. rejected: updates in a row that the gate refused."""
+    """mean (6,) or (9,), covariance square. rejected: updates in a row that the gate refused."""
 
     def __init__(self, mean: np.ndarray, covariance: np.ndarray):
         self.mean, self.covariance = np.array(mean, np.float64), np.array(covariance, np.float64)
@@ -101,7 +103,7 @@ def limit(share: float, dimensions: int) -> float:
 
 def moved(mean: np.ndarray, wheel: float, gyro: float, seconds: float) -> np.ndarray:
     """The states after an arc whose chord points half way between the headings before and after."""
-    distance, turn = wheel / (1.0 + mean[SCALE]), gyro - mean[BIAS] * seconds
+    distance, turn = wheel / (1.0 + mean[SCALE]), (gyro - mean[BIAS] * seconds) / (1.0 + mean[TURN])
     heading = mean[YAW] + 0.5 * turn
     after = mean.copy()
     after[X] += distance * math.cos(heading)
@@ -112,13 +114,15 @@ def moved(mean: np.ndarray, wheel: float, gyro: float, seconds: float) -> np.nda
 
 def motion_jacobians(mean: np.ndarray, wheel: float, gyro: float, seconds: float) -> tuple[np.ndarray, np.ndarray]:
     """Of `moved` by the states (n, n), and by distance, turn and bias (n, 3)."""
-    stretch = 1.0 / (1.0 + mean[SCALE])
-    distance, heading = wheel * stretch, mean[YAW] + 0.5 * (gyro - mean[BIAS] * seconds)
-    ahead, aside = math.cos(heading), math.sin(heading)
+    shorter, narrower = 1.0 / (1.0 + mean[SCALE]), 1.0 / (1.0 + mean[TURN])
+    distance, turn = wheel * shorter, (gyro - mean[BIAS] * seconds) * narrower
+    ahead, aside = math.cos(mean[YAW] + 0.5 * turn), math.sin(mean[YAW] + 0.5 * turn)
+    by_bias, by_scale = -seconds * narrower, -turn * narrower  # of the turn
     jacobian, noise = np.eye(len(mean)), np.zeros((len(mean), 3))
-    jacobian[X, YAW:SCALE + 1] = -distance * aside, 0.5 * seconds * distance * aside, -distance * stretch * ahead
-    jacobian[Y, YAW:SCALE + 1] = distance * ahead, -0.5 * seconds * distance * ahead, -distance * stretch * aside
-    jacobian[YAW, BIAS] = -seconds
+    jacobian[YAW, BIAS], jacobian[YAW, TURN] = by_bias, by_scale
+    for axis, along, across in ((X, ahead, -distance * aside), (Y, aside, distance * ahead)):
+        half = 0.5 * across
+        jacobian[axis, YAW:STATES] = across, half * by_bias, -distance * shorter * along, half * by_scale
     noise[X], noise[Y] = (ahead, -0.5 * distance * aside, 0.0), (aside, 0.5 * distance * ahead, 0.0)
     noise[YAW, 1] = noise[BIAS, 2] = 1.0
     return jacobian, noise
@@ -126,16 +130,16 @@ def motion_jacobians(mean: np.ndarray, wheel: float, gyro: float, seconds: float
 
 def motion_since(mean: np.ndarray) -> np.ndarray:
     """Forward, left and turn (3,) from the remembered pose to that of now."""
-    dx, dy, cosine, sine = mean[X] - mean[5], mean[Y] - mean[6], math.cos(mean[7]), math.sin(mean[7])
-    return np.array([cosine * dx + sine * dy, cosine * dy - sine * dx, wrapped(mean[YAW] - mean[7])])
+    dx, dy, cosine, sine = mean[X] - mean[X0], mean[Y] - mean[Y0], math.cos(mean[YAW0]), math.sin(mean[YAW0])
+    return np.array([cosine * dx + sine * dy, cosine * dy - sine * dx, wrapped(mean[YAW] - mean[YAW0])])
 
 
 def since_jacobian(mean: np.ndarray) -> np.ndarray:
-    """Of `motion_since` by the states: (3, 8)."""
+    """Of `motion_since` by the states: (3, 9)."""
     forward, left, _ = motion_since(mean)
-    cosine, sine = math.cos(mean[7]), math.sin(mean[7])
-    jacobian = np.zeros((3, 8))
-    jacobian[0, [X, Y, 5, 6, 7]] = cosine, sine, -cosine, -sine, left
-    jacobian[1, [X, Y, 5, 6, 7]] = -sine, cosine, sine, -cosine, -forward
-    jacobian[2, [YAW, 7]] = 1.0, -1.0
+    cosine, sine = math.cos(mean[YAW0]), math.sin(mean[YAW0])
+    jacobian = np.zeros((3, 9))
+    jacobian[0, :2], jacobian[0, X0:] = (cosine, sine), (-cosine, -sine, left)
+    jacobian[1, :2], jacobian[1, X0:] = (-sine, cosine), (sine, -cosine, -forward)
+    jacobian[2, YAW], jacobian[2, YAW0] = 1.0, -1.0
     return jacobian

@@ -10,11 +10,12 @@ import numpy as np
 
 from curionav_cli.config.robot_schema import Localisation, Turtlebot
 from curionav_cli.records import Pose
-from curionav_cli.robot.ekf import BIAS, SCALE, Ekf
+from curionav_cli.robot.ekf import BIAS, SCALE, STATES, TURN, Ekf
 from curionav_cli.robot.sensed import Scan, Sensed, Shift
 
 SPEED, RATE = 0.42, 0.3  # m/s and rad/s that a move may have had when a sensor was silent
-SLIPPED = 0.35  # of the distance that the wheels rolled while the bumper was pressed: sd of what was driven
+# Of the distance that the wheels rolled when the bumper got pressed, and when it already was: what was driven, and sd.
+TOUCHED, PUSHED = (0.3, 0.35), (0.0, 0.1)
 
 
 class Localiser:
@@ -23,9 +24,9 @@ class Localiser:
 
     def __init__(self, profile: Turtlebot, pose: Pose):
         self.profile = profile
-        self.filter = Ekf(np.array([*pose, 0.0, 0.0]), np.zeros((5, 5)))
+        self.filter = Ekf(np.array([*pose, 0.0, 0.0, 0.0]), np.zeros((STATES, STATES)))
         self.lost, self.slips, self.stale = False, 0, 0
-        self.time, self._scanned = -math.inf, -math.inf
+        self.time, self._scanned, self._bumped = -math.inf, -math.inf, False
         self.depart()
 
     @property
@@ -64,27 +65,29 @@ class Localiser:
         profile = self.profile
         self.filter.renew(BIAS, math.radians(profile.gyro.bias))
         self.filter.renew(SCALE, profile.odometry.scale)
+        self.filter.renew(TURN, profile.gyro.scale)
 
     def save(self) -> dict[str, Any]:
         """All that `load` needs."""
         return {"mean": self.filter.mean.tolist(), "covariance": self.filter.covariance.tolist(),
                 "rejected": self.filter.rejected, "lost": self.lost, "slips": self.slips, "stale": self.stale,
-                "times": [self.time, self._scanned]}
+                "bumped": self._bumped, "times": [self.time, self._scanned]}
 
     def load(self, state: dict[str, Any]) -> None:
         self.filter = Ekf(np.array(state["mean"]), np.array(state["covariance"]))
         self.filter.rejected, (self.time, self._scanned) = state["rejected"], state["times"]
-        self.lost, self.slips, self.stale = state["lost"], state["slips"], state["stale"]
+        self.lost, self.slips, self.stale, self._bumped = (state[key] for key in ("lost", "slips", "stale", "bumped"))
 
     def _predict(self, sensed: Sensed) -> None:
         profile, seconds = self.profile, sensed.seconds
         wheel, gyro = sensed.wheel, sensed.gyro
         distance, turn = profile.odometry.noise**2 * abs(wheel), self._gyro_noise(seconds)
-        turn += (profile.gyro.scale * gyro) ** 2
         if math.isnan(wheel):
             wheel, distance = 0.0, (SPEED * seconds) ** 2
         elif sensed.bump is not None:
-            wheel, distance = 0.5 * wheel, (SLIPPED * wheel) ** 2
+            share, sd = PUSHED if self._bumped else TOUCHED
+            wheel, distance = share * wheel, (sd * wheel) ** 2
+        self._bumped = sensed.bump is not None
         if math.isnan(gyro):
             gyro, turn = 0.0, (RATE * seconds) ** 2
         walk = math.radians(profile.gyro.walk) ** 2 * seconds
@@ -99,7 +102,7 @@ class Localiser:
             return
         self._scanned = scan.time
         if self.profile.localisation is Localisation.scan_odometry:
-            if scan.shift is not None and len(self.filter.mean) > 5:
+            if scan.shift is not None and len(self.filter.mean) > STATES:
                 self._shifted(scan.shift)
             self.filter.remember()
 

@@ -77,7 +77,8 @@ class ScanMatch:
         if before is None or not share.any():
             self.before = pose if share.any() else None
             return None
-        sd = np.where(share < self.settings.narrowest, UNSEEN, self.settings.position / np.sqrt(2.0 * share))
+        told = self.settings.position / np.sqrt(2.0 * np.maximum(share, 1e-9))
+        sd = np.where(share < self.settings.narrowest, UNSEEN, told)
         cosine, sine = math.cos(before.yaw), math.sin(before.yaw)
         dx, dy, turn = pose.x - before.x, pose.y - before.y, wrapped(pose.yaw - before.yaw)
         back = rotation(turn) @ axes  # the walls' directions, as seen from the pose before

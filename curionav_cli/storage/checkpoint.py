@@ -34,12 +34,17 @@ def save(root: Path, done: int, settings: dict[str, Any], write: Callable[[Path]
         flush(file)
     (beside / "done").touch()
     flush(beside)
-    final = root / f"{done:06d}"
+    final = at(root, done)
     shutil.rmtree(final, ignore_errors=True)
     beside.replace(final)
     flush(root)
     for old in finished(root)[:-KEPT]:
         shutil.rmtree(old)
+
+
+def at(root: Path, done: int) -> Path:
+    """The folder of the checkpoint after `done` episodes or iterations."""
+    return root / f"{done:06d}"
 
 
 def flush(path: Path) -> None:

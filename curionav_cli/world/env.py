@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Any
 
 import gymnasium
@@ -88,6 +89,12 @@ class NavigationEnv(gymnasium.Env[Any, Any]):
         """The view all around: image (views, 64, 64, 3), depth alike, the first as in the observation."""
         image, depth = self._renderer.panorama(self._x, self._y, self._heading, views)
         return {"image": image[0], "depth": depth[0]}
+
+    def save(self, folder: Path) -> None:
+        """Nothing: an episode's world follows from scene, seed and number, and it begins at the start."""
+
+    def load(self, folder: Path) -> None:
+        """Nothing was saved."""
 
     def _observe(self) -> Observation:
         pose = (self._x, self._y, self._heading)
