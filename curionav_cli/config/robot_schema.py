@@ -110,15 +110,20 @@ class ScanOdometry:
 
 @dataclass(frozen=True)
 class Filter:
-    """gate: the share of good measurements that the filter lets in. patience: refusals in a row after which it is
-    lost; it then trusts its pose less by so many metres and degrees."""
+    """dock_position (m), dock_yaw (degrees): how well it stands where it is put when an episode begins, and how well it
+    knows that. gate: the share of good measurements that the filter lets in. patience: refusals in a row after which
+    it is lost; it then trusts its pose less by so many metres and degrees."""
 
+    dock_position: float
+    dock_yaw: float
     gate: float
     patience: int
     lost_position: float
     lost_yaw: float
 
     def __post_init__(self) -> None:
+        within("robot.filter.dock_position", self.dock_position, least=1e-4)
+        within("robot.filter.dock_yaw", self.dock_yaw, least=1e-2)
         within("robot.filter.gate", self.gate, least=0.5, most=1 - 1e-9)
         within("robot.filter.patience", self.patience, least=1)
         within("robot.filter.lost_position", self.lost_position, least=0)

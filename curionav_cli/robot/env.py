@@ -12,7 +12,7 @@ import gymnasium
 import numpy as np
 
 from curionav_cli.config.robot_schema import Turtlebot
-from curionav_cli.records import read_arrays, read_json, write_arrays
+from curionav_cli.records import Pose, read_arrays, read_json, write_arrays
 from curionav_cli.robot.base import Base
 from curionav_cli.robot.body import Body
 from curionav_cli.robot.homecoming import Homecoming
@@ -21,7 +21,7 @@ from curionav_cli.robot.occupancy import Occupancy
 from curionav_cli.world.env import NavigationEnv, Observation
 from curionav_cli.world.motion import FORWARD, HEADINGS, LEFT, RIGHT, STEP
 
-STREAM, DOCK_STREAM = 21, 22  # keeps the robot's random streams apart from the world's and the agent's
+STREAM, DOCK_STREAM, START_STREAM = 21, 22, 23  # keep the robot's random streams apart from all others
 TURNS = {LEFT: 2.0 * math.pi / HEADINGS, RIGHT: -2.0 * math.pi / HEADINGS}
 
 
@@ -49,9 +49,8 @@ class RobotEnv(gymnasium.Wrapper):
         self._restored = None
         _, info = self.env.reset(seed=seed, options=options)
         self._episode = info["episode"]
-        self.body.enter(self.env.now, self.env.now.plan.start)
-        self.localiser.fix(self.env.now.plan.start, 0.01, math.radians(1.0))
-        self.localiser.depart()
+        self.body.enter(self.env.now, self._placed())
+        self.localiser.depart(self.env.scene.plan.start)
         self.body.battery.charge()
         self.map = Occupancy()
         return self._observe(), {**self._info(False), "events": info["events"], "dock": dock}
@@ -92,6 +91,13 @@ class RobotEnv(gymnasium.Wrapper):
             self.body.around(self.env.scene.at(self._restored["episode"], seed)[0])
             self.localiser.load(self._restored["localiser"])
             self.map, self._episode = Occupancy.of(self._restored["map"]), self._restored["episode"]
+
+    def _placed(self) -> Pose:
+        """Where it truly stands when an episode begins: at the start, but for what contacts and undocking leave."""
+        start, dock = self.env.scene.plan.start, self.profile.filter
+        x, y, yaw = np.random.default_rng([self._seed, START_STREAM, self._episode]).standard_normal(3).tolist()
+        return Pose(start.x + dock.dock_position * x, start.y + dock.dock_position * y,
+                    start.yaw + math.radians(dock.dock_yaw) * yaw)
 
     def _home(self) -> dict[str, Any] | None:
         """Drive home and dock, in the world of the episode that ends."""

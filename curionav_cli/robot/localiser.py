@@ -14,6 +14,7 @@ from curionav_cli.robot.ekf import BIAS, SCALE, STATES, TURN, Ekf
 from curionav_cli.robot.sensed import Scan, Sensed, Shift
 
 SPEED, RATE = 0.42, 0.3  # m/s and rad/s that a move may have had when a sensor was silent
+ANYWHERE = 10.0  # metres
 # Of the distance that the wheels rolled when the bumper got pressed, and when it already was: what was driven, and sd.
 TOUCHED, PUSHED = (0.3, 0.35), (0.0, 0.1)
 
@@ -27,7 +28,7 @@ class Localiser:
         self.filter = Ekf(np.array([*pose, 0.0, 0.0, 0.0]), np.zeros((STATES, STATES)))
         self.lost, self.slips, self.stale = False, 0, 0
         self.time, self._scanned, self._bumped = -math.inf, -math.inf, False
-        self.depart()
+        self.depart(pose)
 
     @property
     def pose(self) -> Pose:
@@ -60,9 +61,12 @@ class Localiser:
             self._doubt()
         self.lost = False
 
-    def depart(self) -> None:
-        """It leaves the dock: the gyro was set to zero there but for a remainder, and the load is another."""
+    def depart(self, pose: Pose) -> None:
+        """It leaves the dock, turned round or carried there: of its pose it keeps nothing but where the dock stands;
+        the gyro was set to zero there but for a remainder, and the load is another."""
         profile = self.profile
+        self.filter.doubt(ANYWHERE, math.pi)
+        self.fix(pose, profile.filter.dock_position, math.radians(profile.filter.dock_yaw))
         self.filter.renew(BIAS, math.radians(profile.gyro.bias))
         self.filter.renew(SCALE, profile.odometry.scale)
         self.filter.renew(TURN, profile.gyro.scale)
