@@ -16,7 +16,9 @@ import torch
 from numpy.lib.stride_tricks import as_strided
 from torch import Tensor, nn
 
-from curionav_cli.agents.cbet.network import SIDE, PolicyNetwork
+from curionav_cli.agents.cbet.network import COLOURS, SIDE, PolicyNetwork
+
+ONE = np.ones(1, np.float32)
 
 Memory = tuple[np.ndarray, np.ndarray]  # hidden and cell, (L, U) each
 
@@ -48,49 +50,74 @@ class TorchActor:
 
 
 class NumpyActor:
-    """On the CPU. Convolutions are products with strided windows of padded pictures, channels last."""
+    """On the CPU. Convolutions are products with windows of padded pictures, channels last."""
 
     def __init__(self, network: PolicyNetwork):
-        self.kernels, self.padded, self.windows, side = [], [], [], SIDE
-        for weight, bias in weights(network.eyes.layers):
-            inputs = weight.shape[1]
-            self.kernels.append((weight.transpose(2, 3, 1, 0).reshape(-1, len(weight)).copy(), bias))
-            self.padded.append(np.zeros((side + 2, side + 2, inputs), np.float32))
-            side, (row, column, _) = (side + 1) // 2, self.padded[-1].strides
-            self.windows.append(as_strided(self.padded[-1], (side, side, 3, 3 * inputs),
-                                           (2 * row, 2 * column, row, self.padded[-1].itemsize)))
+        self.layers, self.picture, self.features = convolutions(network)
         self.dense = list(weights(network.dense))
-        self.cells = [(plain(torch.cat([w_in, w_on], dim=1)), plain(b_in + b_on))
+        self.hidden = np.zeros((network.lstm.num_layers, network.lstm.hidden_size), np.float32)
+        self.cell = self.hidden.copy()
+        self.cells = [halved(plain(torch.cat([w_in, w_on, (b_in + b_on)[:, None]], dim=1)))
                       for w_in, w_on, b_in, b_on in network.lstm.all_weights]
         [self.policy] = weights([network.policy])
-        self.hidden = np.zeros((len(self.cells), network.lstm.hidden_size), np.float32)
-        self.cell = self.hidden.copy()
 
     @np.errstate(over="ignore", invalid="ignore")
     def step(self, image: np.ndarray) -> np.ndarray:
         x = self.see(image)
         for weight, bias in self.dense:
             x = np.maximum(weight @ x + bias, 0)
-        for layer, (weight, bias) in enumerate(self.cells):
-            gates = weight @ np.concatenate([x, self.hidden[layer]]) + bias
-            into, keep, new, out = gates.reshape(4, -1)
-            self.cell[layer] = sigmoid(keep) * self.cell[layer] + sigmoid(into) * np.tanh(new)
-            x = self.hidden[layer] = sigmoid(out) * np.tanh(self.cell[layer])
+        for weight, hidden, cell in zip(self.cells, self.hidden, self.cell, strict=True):
+            into, keep, new, out = np.tanh(weight @ np.concatenate([x, hidden, ONE])).reshape(4, -1)
+            cell[:] = 0.5 * ((1 + keep) * cell + (1 + into) * new)
+            hidden[:] = 0.5 * (1 + out) * np.tanh(cell)
+            x = hidden
         weight, bias = self.policy
         return weight @ x + bias
 
     def see(self, image: np.ndarray) -> np.ndarray:
         """The features of the convolutions, in the network's order."""
-        x = image * np.float32(1 / 255)
-        for (weight, bias), padded, windows in zip(self.kernels, self.padded, self.windows, strict=True):
-            padded[1:len(x) + 1, 1:len(x) + 1] = x
-            side = len(windows)
-            y = windows.reshape(side * side, -1) @ weight + bias
-            x = np.maximum(y, np.expm1(np.minimum(y, 0))).reshape(side, side, -1)  # ELU: expm1(y) >= y
-        return x.transpose(2, 0, 1).ravel()
+        np.multiply(image, np.float32(1 / 255), out=self.picture)
+        for layer in self.layers:
+            layer()
+        return self.features.transpose(2, 0, 1).ravel()
 
     def memory(self) -> Memory:
         return self.hidden.copy(), self.cell.copy()
+
+
+class Convolution:
+    """3 x 3 of stride 2 and ELU, from one picture that stays in its place to another, in buffers made once."""
+
+    def __init__(self, weight: np.ndarray, bias: np.ndarray, padded: np.ndarray, result: np.ndarray):
+        inputs, side = weight.shape[1], len(result)
+        self.kernel = np.vstack([weight.transpose(2, 3, 1, 0).reshape(-1, len(weight)), bias])
+        row, column, number = padded.strides
+        self.windows = as_strided(padded, (side, side, 3, 3 * inputs), (2 * row, 2 * column, row, number))
+        self.rows = np.ones((side * side, len(self.kernel)), np.float32)  # the last column is the bias's
+        self.copied = self.rows[:, :-1].reshape(self.windows.shape)
+        assert np.shares_memory(self.copied, self.rows)
+        self.sums, self.negative, self.zeros = (np.zeros((side * side, len(weight)), np.float32) for _ in range(3))
+        self.result = result
+
+    def __call__(self) -> None:
+        self.copied[:] = self.windows
+        np.dot(self.rows, self.kernel, out=self.sums)
+        np.expm1(np.minimum(self.sums, self.zeros, out=self.negative), out=self.negative)
+        np.maximum(self.sums.reshape(self.result.shape), self.negative.reshape(self.result.shape), out=self.result)
+
+
+def convolutions(network: PolicyNetwork) -> tuple[list[Convolution], np.ndarray, np.ndarray]:
+    """One after another, where they read the picture (64, 64, 3), and where they leave features (side, side, O)."""
+    padded = np.zeros((SIDE + 2, SIDE + 2, COLOURS), np.float32)
+    picture = result = padded[1:-1, 1:-1]
+    layers = []
+    for weight, bias in weights(network.eyes.layers):
+        side = (len(result) + 1) // 2
+        following = np.zeros((side + 2, side + 2, len(weight)), np.float32)
+        result = following[1:-1, 1:-1]
+        layers.append(Convolution(weight, bias, padded, result))
+        padded = following
+    return layers, picture, result
 
 
 def weights(layers: Iterable[nn.Module]) -> Iterator[tuple[np.ndarray, np.ndarray]]:
@@ -103,8 +130,10 @@ def plain(tensor: Tensor) -> np.ndarray:
     return tensor.detach().numpy().copy()
 
 
-def sigmoid(x: np.ndarray) -> np.ndarray:
-    return 0.5 + 0.5 * np.tanh(0.5 * x)
+def halved(weight: np.ndarray) -> np.ndarray:
+    """An LSTM's gates (4 U, ...), in torch's order, for sigmoid(x) = (1 + tanh(x / 2)) / 2: a tanh does for all."""
+    into, keep, new, out = weight.reshape(4, -1, weight.shape[1])
+    return np.concatenate([0.5 * into, 0.5 * keep, new, 0.5 * out])
 
 
 def actor(network: PolicyNetwork) -> Actor:

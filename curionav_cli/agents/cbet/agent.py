@@ -9,7 +9,11 @@ the loop's K is (0 means no learning). With N = 500, T = 100, B = 20 and E = 4 t
 
 from __future__ import annotations
 
+import math
+from bisect import bisect_right
 from collections.abc import Callable
+from itertools import accumulate
+from operator import mul
 from pathlib import Path
 from typing import Any
 
@@ -24,7 +28,7 @@ from curionav_cli.agents.cbet.life import Life
 from curionav_cli.agents.cbet.rewards import REWARDS
 from curionav_cli.agents.cbet.rewards.reward import Kit
 from curionav_cli.agents.cbet.unrolls import Acted, Unroll, cut, together
-from curionav_cli.agents.device import repeatable, resolve_device
+from curionav_cli.agents.device import keep_memory, repeatable, resolve_device
 from curionav_cli.agents.meter import Meter, finite
 from curionav_cli.config import cbet_schema
 from curionav_cli.errors import RunFailed
@@ -46,6 +50,7 @@ class CBET(Agent):
         super().__init__(seed)
         self.hyper, self.device, self.plan = hyper, resolve_device(device), world.plan
         repeatable(self.device)
+        keep_memory()
         weights, numbers = (int(n) for n in self.rng.integers(2**62, size=2))
         networks = build_networks(hyper, torch.Generator().manual_seed(weights), self.device)
         reward = REWARDS[hyper.reward.value](Kit(hyper, world, engine, seed, numbers), networks.reward)
@@ -65,11 +70,11 @@ class CBET(Agent):
         self.episode = info["episode"]
         if len(self.acted.log_policy) % self.hyper.unroll == 0:
             self.acted.memory.append(self.actor.memory())
-        log_policy = log_softmax(self.actor.step(observation["image"]))
-        policy = np.exp(log_policy)
-        action = min(int(np.searchsorted(policy.cumsum(), self.rng.random(), side="right")), len(policy) - 1)
-        self.acted.log_policy.append(float(log_policy[action]))
-        self.acted.entropy.append(float(-(policy * log_policy).sum()))
+        log_policy = log_softmax(self.actor.step(observation["image"]).tolist())
+        policy = [math.exp(number) for number in log_policy]
+        action = min(bisect_right(list(accumulate(policy)), self.rng.random()), len(policy) - 1)
+        self.acted.log_policy.append(log_policy[action])
+        self.acted.entropy.append(-sum(map(mul, policy, log_policy)))
         return action
 
     def learn(self, replay: Replay, iterations: int, tick: Callable[[int], None]) -> dict[str, float]:
@@ -121,8 +126,8 @@ class CBET(Agent):
         self.begin()
 
 
-def log_softmax(logits: np.ndarray) -> np.ndarray:
-    """(A,) float32 -> log probabilities, float64; what is not finite stays so, for the learner to find."""
-    with np.errstate(invalid="ignore"):
-        shifted = logits.astype(np.float64) - logits.max()
-        return shifted - np.log(np.exp(shifted).sum())
+def log_softmax(logits: list[float]) -> list[float]:
+    """Log probabilities; what is not finite stays so, for the learner to find."""
+    shift = max(logits)
+    shift += math.log(sum(math.exp(number - shift) for number in logits))
+    return [number - shift for number in logits]

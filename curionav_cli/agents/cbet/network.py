@@ -39,7 +39,7 @@ class Eyes(nn.Module):
     def forward(self, image: Tensor) -> Tensor:
         x = image.flatten(0, -4).permute(0, 3, 1, 2).float().mul_(1 / 255)
         for layer in self.layers:
-            x = F.elu(layer(x))
+            x = F.elu(layer(x), inplace=True)
         return x.flatten(1)
 
 
