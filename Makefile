@@ -41,7 +41,7 @@ controls: $(READY)
 	$(SWEEP) $(ROOM) $(WANDERERS) hydra.sweep.dir=$(CONTROLS)/room_wanderers
 	$(SWEEP) $(ROOM) experiment=curiosity_controls hydra.sweep.dir=$(CONTROLS)/room_learners
 	$(SWEEP) $(FLAT) $(WANDERERS) hydra.sweep.dir=$(CONTROLS)/flat_wanderers
-	$(SWEEP) $(FLAT) experiment=curiosity_controls agent.curiosity=lbs,shuffled hydra.sweep.dir=$(CONTROLS)/flat_learners
+	$(SWEEP) $(FLAT) experiment=curiosity_controls agent.curiosity=lbs,picture_count,shuffled hydra.sweep.dir=$(CONTROLS)/flat_learners
 	.venv/bin/curionav compare $(CONTROLS)/room_* $(CONTROLS)/flat_* out=$(CONTROLS)/compare
 
 test: $(READY)

@@ -57,6 +57,7 @@ class Curiosity(Enum):
     """What makes a state worth reaching; agents/lbs_dreamer/curiosity has a file for each."""
 
     lbs = "lbs"
+    picture_count = "picture_count"
     disagreement = "disagreement"
     rnd = "rnd"
     count = "count"

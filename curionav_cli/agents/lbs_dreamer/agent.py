@@ -14,6 +14,7 @@ from curionav_cli.agents.agent import Agent
 from curionav_cli.agents.device import repeatable, resolve_device
 from curionav_cli.agents.lbs_dreamer.checkpoint import load_learner, save_learner
 from curionav_cli.agents.lbs_dreamer.curiosity.count import Visits
+from curionav_cli.agents.lbs_dreamer.curiosity.picture_count import Pictures
 from curionav_cli.agents.lbs_dreamer.device import fuse, recorder, way
 from curionav_cli.agents.lbs_dreamer.device_replay import DeviceReplay, room_on
 from curionav_cli.agents.lbs_dreamer.foresight import foresee
@@ -61,11 +62,19 @@ class LBSDreamer(Agent):
         networks = build_networks(hyper, torch.Generator().manual_seed(weights), self.device)
         if how == "fused":
             fuse(networks.world_model.rssm)
-        self.visits = Visits(plan) if hyper.curiosity is agent_schema.Curiosity.count else None
         self.learner = Learner(hyper, networks, torch.Generator(self.device).manual_seed(other), record)
+        self.notes = self._notes(plan)
         self.filter = record(self._filter, [])
         self.frames: DeviceReplay | None = None
         self.begin()
+
+    def _notes(self, plan: FloorPlan) -> Visits | Pictures | None:
+        """What the chosen curiosity wants noted of every step, if anything."""
+        if self.hyper.curiosity is agent_schema.Curiosity.count:
+            return Visits(plan)
+        if self.hyper.curiosity is agent_schema.Curiosity.picture_count:
+            return Pictures()
+        return None
 
     def begin(self) -> None:
         """Forget the episode: a zero state, no action yet."""
@@ -100,8 +109,8 @@ class LBSDreamer(Agent):
         or a gradient is not finite (the last save is then still a good one).
         """
         meter = Meter()
-        if self.visits:
-            self.visits.take_in(replay)
+        if self.notes:
+            self.notes.take_in(replay)
         for iteration, data in enumerate(self._batches(replay, iterations)):
             meter.add(self.learner.update(data))
             tick(iteration + 1)
@@ -136,8 +145,8 @@ class LBSDreamer(Agent):
         all_which, all_start = (np.concatenate(part) for part in zip(*drawn, strict=True))
         moves = replay.moves(all_which, all_start, length)  # (count * B, L)
         parts = [moves["action"].T, moves["is_start"]]
-        if self.visits:
-            parts.append(self.visits.of(moves["pose"]).T.astype(np.float32))
+        if self.notes:
+            parts.append(self.notes.of(all_which, all_start, moves["pose"]).T)
         parts = [torch.from_numpy(part).to(self.device).split(self.hyper.batch_size, -1) for part in parts]
         if self.frames is None or self.frames.replay is not replay:
             self.frames = DeviceReplay(replay, self.device, room_on(self.device))

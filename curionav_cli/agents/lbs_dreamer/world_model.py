@@ -20,7 +20,7 @@ class Sequences(NamedTuple):
     image: Tensor  # (T, B, 64, 64, 3) uint8
     action: Tensor  # (T, B) int64, the action that led to the step, -1 for none
     is_start: Tensor  # (B,) bool, the window begins where an episode does
-    visits: Tensor | None = None  # (T, B) how often each step's true cell was landed on; for the oracle
+    noted: Tensor | None = None  # (T, B) what the agent noted of each step, for curiosities that ask for it
 
 
 def choose(total: int, count: int, noise: Tensor) -> Tensor | slice:

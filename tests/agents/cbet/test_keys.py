@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from curionav_cli.agents.cbet.keys import ChangeKeys, Reading, SignKeys, StateKeys
+from curionav_cli.agents.keys import ChangeKeys, Reading, SignKeys, StateKeys
 
 
 @pytest.fixture

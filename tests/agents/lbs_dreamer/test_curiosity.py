@@ -12,6 +12,7 @@ from curionav_cli.agents.lbs_dreamer.behaviour import Imagined
 from curionav_cli.agents.lbs_dreamer.curiosity.choose import CURIOSITIES
 from curionav_cli.agents.lbs_dreamer.curiosity.count import Visits
 from curionav_cli.agents.lbs_dreamer.curiosity.curiosity import correlation, settled
+from curionav_cli.agents.lbs_dreamer.curiosity.picture_count import Pictures
 from curionav_cli.agents.lbs_dreamer.networks import initialise
 from curionav_cli.agents.lbs_dreamer.optimiser import Optimiser
 from curionav_cli.agents.lbs_dreamer.rssm import Observed, State
@@ -141,7 +142,23 @@ def test_every_settled_step_is_equally_likely_to_lend_its_target(made, seen, dat
 
 def test_count_learns_one_over_the_root_of_the_visits(made, seen, data, noise):
     target = made("count").target(seen, data, noise)
-    torch.testing.assert_close(target, 1 / data.visits.clamp(min=1).sqrt())
+    torch.testing.assert_close(target, 1 / data.noted.clamp(min=1).sqrt())
+
+
+def test_pictures_are_counted_by_their_keys_over_all_episodes(an_episode):
+    def seen(*shades):
+        image = np.zeros((len(shades), 64, 64, 3), np.uint8)
+        image[:, ::2, :32] = 255  # keys tell shapes; shades turn them over
+        image[np.array(shades) == 1] = 255 - image[np.array(shades) == 1]
+        return replace(an_episode(len(shades) - 1), image=image)
+    replay, pictures = Replay([seen(0, 1, 0, 0)]), Pictures()
+    pictures.take_in(replay)
+    replay.add(seen(1, 0))
+    pictures.take_in(replay)
+    pictures.take_in(replay)
+    noted = pictures.of(np.array([0, 1]), np.array([1, 0]), np.empty((2, 2, 3)))
+    assert noted.dtype == np.float32
+    assert noted.tolist() == [[2, 4], [2, 4]]
 
 
 def test_visits_are_landings_on_cells_over_all_episodes(an_episode, a_plan):
@@ -154,7 +171,7 @@ def test_visits_are_landings_on_cells_over_all_episodes(an_episode, a_plan):
     visits.take_in(replay)
     visits.take_in(replay)
     pose = np.array([[[0.2, 0.2, 0.0], [0.7, 0.3, 1.0]], [[1.6, 1.6, 2.0], [1.1, 0.1, 3.0]]])
-    assert visits.of(pose).tolist() == [[3, 1], [1, 0]]
+    assert visits.of(None, None, pose).tolist() == [[3, 1], [1, 0]]
 
 
 def test_rnd_forgets_its_surprise_where_it_has_learned(made, seen, data, noise):

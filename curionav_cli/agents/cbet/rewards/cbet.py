@@ -11,10 +11,10 @@ from torch import nn
 
 from curionav_cli.agents.cbet.alarm import Alarm
 from curionav_cli.agents.cbet.counts import Counts
-from curionav_cli.agents.cbet.keys import ChangeKeys, StateKeys
 from curionav_cli.agents.cbet.life import Life
 from curionav_cli.agents.cbet.rewards.reward import Kit, Reward
 from curionav_cli.agents.cbet.views import Ego, Panorama
+from curionav_cli.agents.keys import ChangeKeys, StateKeys
 from curionav_cli.config.cbet_schema import Difference, Reset, Tables, View
 
 

@@ -6,9 +6,9 @@ import numpy as np
 from torch import nn
 
 from curionav_cli.agents.cbet.counts import Counts
-from curionav_cli.agents.cbet.keys import StateKeys
 from curionav_cli.agents.cbet.life import Life
 from curionav_cli.agents.cbet.rewards.reward import Kit, Reward
+from curionav_cli.agents.keys import StateKeys
 
 
 class Count(Reward):

@@ -9,13 +9,15 @@ from curionav_cli.agents.lbs_dreamer.curiosity.curiosity import Curiosity
 from curionav_cli.agents.lbs_dreamer.curiosity.disagreement import Disagreement
 from curionav_cli.agents.lbs_dreamer.curiosity.lbs import LBS
 from curionav_cli.agents.lbs_dreamer.curiosity.none import Indifferent
+from curionav_cli.agents.lbs_dreamer.curiosity.picture_count import PictureCount
 from curionav_cli.agents.lbs_dreamer.curiosity.rnd import RND
 from curionav_cli.agents.lbs_dreamer.curiosity.shuffled import Shuffled
 from curionav_cli.agents.lbs_dreamer.rssm import RSSM
 from curionav_cli.config import agent_schema
 
 CURIOSITIES: dict[str, Callable[..., Curiosity]] = {
-    "lbs": LBS, "shuffled": Shuffled, "count": Count, "rnd": RND, "disagreement": Disagreement, "none": Indifferent,
+    "lbs": LBS, "picture_count": PictureCount, "disagreement": Disagreement, "rnd": RND, "count": Count,
+    "shuffled": Shuffled, "none": Indifferent,
 }
 
 

@@ -22,8 +22,8 @@ class Count(Head):
     """Oracle: the bonus of a state's true cell."""
 
     def target(self, seen: Observed, data: Sequences, noise: Tensor) -> Tensor:
-        assert data.visits is not None, "the agent must hand over the counts"
-        return data.visits.clamp(min=1).rsqrt()
+        assert data.noted is not None, "the agent must hand over the counts"
+        return data.noted.clamp(min=1).rsqrt()
 
 
 class Visits:
@@ -40,6 +40,6 @@ class Visits:
             np.add.at(self.table, self.plan.cells(*replay.episode(index).pose[:, :2].T), 1)
         self.episodes = len(replay)
 
-    def of(self, pose: np.ndarray) -> np.ndarray:
-        """(..., 3) metres and radians -> (...) counts."""
-        return self.table[self.plan.cells(pose[..., 0], pose[..., 1])]
+    def of(self, which: np.ndarray, start: np.ndarray, pose: np.ndarray) -> np.ndarray:
+        """Of windows that were drawn, (B, L) float32. which, start: (B,); pose: (B, L, 3) metres and radians."""
+        return self.table[self.plan.cells(pose[..., 0], pose[..., 1])].astype(np.float32)
