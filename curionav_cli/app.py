@@ -16,7 +16,6 @@ from curionav_cli.commands.settings_help import Kind, Part, SettingsCommand
 from curionav_cli.errors import RunFailed, UserError
 
 SETTINGS = {"help_option_names": ["-h", "--help"], "ignore_unknown_options": True}
-UNFINISHED = {**SETTINGS, "allow_extra_args": True}
 
 app = typer.Typer(
     name="curionav",
@@ -84,6 +83,7 @@ def command_with_settings(name: str, about: str) -> None:
 
 command_with_settings("explore", "Let an agent live in a world and draw what it covered.")
 command_with_settings("train", "Let an agent learn from stored episodes: data=RUN loop.iterations=2000 (all together).")
+command_with_settings("dock", "Explore, drive home and dock, again and again: env=small_room dock.requests=600.")
 command_with_settings("sheet", "Draw a contact sheet of a world: top view, camera images and depth.")
 
 
@@ -109,12 +109,6 @@ def resume(
     from curionav_cli.commands import resume
 
     raise typer.Exit(resume.run(folder, changes or []))
-
-
-@app.command(context_settings=UNFINISHED)
-def dock() -> None:
-    """Drive a robot home to its charging station. (still to come)"""
-    unfinished("dock", "the robot and its docking")
 
 
 @app.command()
@@ -144,10 +138,6 @@ def compare(
     from curionav_cli.commands import compare
 
     raise typer.Exit(compare.run(words or []))
-
-
-def unfinished(command: str, what: str) -> None:
-    raise UserError(f"curionav {command}: {what} is not built yet. curionav explore works.")
 
 
 def main(arguments: list[str] | None = None) -> Any:

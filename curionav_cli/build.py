@@ -30,8 +30,17 @@ def scene(settings: Config) -> Scene:
 
 def env(settings: Config, world: Scene) -> World:
     """The world with a robot in it; robot=ideal respawns, the others drive home and dock."""
-    ideal = NavigationEnv(world, engine=settings.env.engine.value)
-    return RobotEnv(ideal, settings.robot) if isinstance(settings.robot, Turtlebot) else ideal
+    return robot_env(settings, world) if isinstance(settings.robot, Turtlebot) else ideal_env(settings, world)
+
+
+def ideal_env(settings: Config, world: Scene) -> NavigationEnv:
+    """Perfect motion."""
+    return NavigationEnv(world, engine=settings.env.engine.value)
+
+
+def robot_env(settings: Config, world: Scene, pictures: bool = True) -> RobotEnv:
+    """A robot that drifts, drives home and docks; without pictures for agents that do not look."""
+    return RobotEnv(ideal_env(settings, world), settings.robot, pictures)
 
 
 def check(settings: Config) -> None:

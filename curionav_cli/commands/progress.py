@@ -11,6 +11,8 @@ from rich.progress import BarColumn, Progress, TextColumn
 
 from curionav_cli.config.schema import Loop
 
+EVERY = 10  # homecomings between two plain lines
+
 
 class Line:
     """Counts what is done of `total`, from `first` on, and time; the subclasses show it."""
@@ -123,3 +125,20 @@ class Studying:
 
     def text(self, done: int) -> str:
         return f"iteration {done}/{self.line.total}, {self.rate:.1f} iterations/s"
+
+
+class Returning:
+    """The words of homecomings."""
+
+    def __init__(self, line: Line, docked: int):
+        self.line, self.docked = line, docked
+
+    def home(self, success: bool) -> None:
+        """One more request is done."""
+        done, self.docked = self.line.done + 1, self.docked + success
+        text = f"request {done}/{self.line.total}, {self.docked} docked ({self.docked / done:.1%})"
+        if done % EVERY == 0 or done == self.line.total:
+            self.line.finished(done, text)
+        else:
+            self.line.done = done
+        self.line.show(done, text)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+import shlex
 import sys
 from collections.abc import Iterator
 from contextlib import chdir, contextmanager
@@ -11,16 +12,19 @@ from typing import Any
 
 import yaml
 
-from curionav_cli.commands import explore, train
+from curionav_cli.commands import dock, explore, train
 from curionav_cli.commands.launch import INTERRUPTED, Request
 from curionav_cli.config.preflight import pin
 from curionav_cli.config.settings import read_settings
 from curionav_cli.errors import ConfigError, RunFailed, RunFolderError, UserError
+from curionav_cli.records import read_json
 from curionav_cli.storage.run_folder import RunFolder
 
 # A run may be longer than planned, files may move, machines differ in memory, and CUDA graphs may fail.
 ANY = ("env.map", "env.overlay", "loop.replay_memory", "compile")
-MAY_CHANGE = {"explore": ("loop.episodes", *ANY), "train": ("loop.iterations", "data", *ANY)}
+MAY_CHANGE = {"explore": ("loop.episodes", *ANY), "train": ("loop.iterations", "data", *ANY),
+              "dock": ("dock.requests", *ANY)}
+COMMANDS = {"explore": explore, "train": train, "dock": dock}
 
 
 def run(folder: Path, changes: list[str]) -> int:
@@ -31,10 +35,10 @@ def run(folder: Path, changes: list[str]) -> int:
     if (folder / "multirun.yaml").is_file():
         return resume_sweep(folder.resolve(), changes)
     one = RunFolder.existing(folder)
-    command = "train" if read_settings(one.config).data else "explore"
+    command = shlex.split(read_json(folder / "run.json")["command"])[1]
     refuse_others(command, changes)
     settings = read_settings(one.config, changes)
-    module: Any = {"explore": explore, "train": train}[command]
+    module: Any = COMMANDS[command]
     try:
         with logged(folder / f"{command}.log"):
             module.work(settings, folder)
@@ -60,7 +64,7 @@ def resume_sweep(folder: Path, changes: list[str]) -> int:
         noted = yaml.safe_load((folder / "multirun.yaml").read_text())["hydra"]
         overrides, where = noted["overrides"], Path(noted["runtime"]["cwd"])
         command = noted["job"]["name"]
-        module: Any = {"explore": explore, "train": train}[command]
+        module: Any = COMMANDS[command]
         own = [Path(source["path"]) for source in noted["runtime"]["config_sources"] if source["provider"] == "user"]
     except (yaml.YAMLError, KeyError, TypeError) as error:
         raise RunFolderError(f"{folder / 'multirun.yaml'} does not hold a sweep ({error}).") from error

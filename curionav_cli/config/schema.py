@@ -58,6 +58,16 @@ class Loop:
 
 
 @dataclass(frozen=True)
+class Dock:
+    """What `curionav dock` does: so many homecomings, each after an episode of loop.steps."""
+
+    requests: int = 600
+
+    def __post_init__(self) -> None:
+        within("dock.requests", self.requests, least=1)
+
+
+@dataclass(frozen=True)
 class Robot:
     """ideal: perfect motion, put back to the start after each episode. The others: robot_schema.py."""
 
@@ -132,6 +142,7 @@ class Config:
     env: Env
     agent: Any
     robot: Any
+    dock: Dock = field(default_factory=Dock)
 
     def __post_init__(self) -> None:
         within("seed", self.seed, least=0, most=2**32 - 1)

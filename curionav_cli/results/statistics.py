@@ -47,6 +47,16 @@ def mean_interval(values: np.ndarray) -> Estimate:
     return Estimate(mean, mean - half, mean + half)
 
 
+def share_interval(count: int, n: int) -> Estimate:
+    """A share of n trials and Wilson's score interval, which stays within 0 and 1 (Wilson 1927)."""
+    if not n:
+        return Estimate(np.nan, np.nan, np.nan)
+    share, z = count / n, float(stats.norm.ppf((1 + LEVEL) / 2))
+    middle = (share + z**2 / (2 * n)) / (1 + z**2 / n)
+    half = z / (1 + z**2 / n) * np.sqrt(share * (1 - share) / n + z**2 / (4 * n**2))
+    return Estimate(share, max(0.0, middle - half), min(1.0, middle + half))
+
+
 def paired_difference(ours: np.ndarray, theirs: np.ndarray) -> Estimate:
     """Mean of ours - theirs and its t interval; (n,) each, in the same order of seeds."""
     assert ours.shape == theirs.shape, (ours.shape, theirs.shape)

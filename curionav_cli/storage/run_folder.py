@@ -91,10 +91,10 @@ class RunFolder:
 
     @property
     def settings(self) -> dict[str, Any]:
-        """env, agent, seed and scale as config.yaml has them. Raises RunFolderError where it does not."""
+        """env, agent, robot, seed and scale as config.yaml has them. Raises RunFolderError where it does not."""
         try:
             config = yaml.load(self.config.read_text(), LOADER)
-            return {"scale": config.get("scale", "")} | {key: config[key] for key in ("env", "agent", "seed")}
+            return {"scale": config.get("scale", "")} | {key: config[key] for key in ("env", "agent", "robot", "seed")}
         except (OSError, yaml.YAMLError, TypeError, KeyError, AttributeError) as error:
             raise RunFolderError(f"{self.config} does not hold the settings of a run ({error}).") from error
 

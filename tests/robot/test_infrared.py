@@ -67,7 +67,8 @@ def test_frames_are_missed_at_the_given_rate_and_remembered_for_four() -> None:
 
 
 @pytest.mark.parametrize(("across", "turned", "flows"), [
-    (0.0, 0.0, True), (0.03, 0.0, True), (-0.03, 10.0, True), (0.05, 0.0, False), (0.0, 20.0, False), (0.0, 180.0, False),
+    (0.0, 0.0, True), (0.03, 0.0, True), (-0.03, 10.0, True), (0.05, 0.0, False),
+    (0.0, 20.0, False), (0.0, 180.0, False),
 ])
 def test_current_flows_where_contacts_meet(across: float, turned: float, flows: bool) -> None:
     pose = Pose(2.0 + across, 1.0 - 1e-6, FACING + math.radians(turned))

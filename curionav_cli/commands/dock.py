@@ -1,0 +1,182 @@
+"""curionav dock: an agent explores for an episode, the robot drives home and docks; as often as was asked for.
+
+The agent acts and does not learn. What is written: a line of metrics.jsonl for each homecoming (a DockReport), the
+paper's table, failures and recoveries by name, and a figure of arrivals.
+"""
+
+from __future__ import annotations
+
+import shlex
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import closing
+from dataclasses import asdict, replace
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+from curionav_cli import build
+from curionav_cli.agents.agent import Agent
+from curionav_cli.commands.launch import Request, launch
+from curionav_cli.commands.lifecycle import fixed_settings, rooted, see_through
+from curionav_cli.commands.progress import Returning, line
+from curionav_cli.config.job import Outcome
+from curionav_cli.config.robot_schema import Turtlebot
+from curionav_cli.config.schema import Config
+from curionav_cli.config.settings import settings_yaml
+from curionav_cli.errors import ConfigError, RunFolderError
+from curionav_cli.records import DockReport
+from curionav_cli.robot.env import RobotEnv
+from curionav_cli.storage import checkpoint
+from curionav_cli.storage.run_folder import RunFolder
+
+CHOSEN = ("agent=bounce", "robot=turtlebot2i")  # where nothing else is chosen
+EVERY = 10  # homecomings between two checkpoints
+
+
+def run(request: Request) -> int:
+    """The command: its exit code."""
+    keys = {word.partition("=")[0] for word in request.overrides}
+    chosen = [word for word in CHOSEN if word.partition("=")[0] not in keys]
+    return launch(replace(request, overrides=[*chosen, *request.overrides]), work, summary, check)
+
+
+class Homecomings:
+    """Episodes, each followed by a homecoming (lifecycle.Undertaking)."""
+
+    unit = "homecoming"
+
+    def __init__(self, settings: Config, folder: Path):
+        self.settings, self.run, self.total = settings, RunFolder(folder), settings.dock.requests
+        self.world = build.scene(settings)
+        self.fixed = fixed_settings(settings, self.world.plan, loop=("steps",))
+
+    def agent(self) -> Agent:
+        return build.agent(self.settings, self.world)
+
+    def create(self, about: dict[str, Any]) -> None:
+        self.run.create(settings_yaml(self.settings), self.fixed, about, self.world.plan)
+
+    def rewind(self, done: int) -> None:
+        rows = self.run.metrics()
+        if len(rows) < done:
+            raise RunFolderError(f"{self.run.metrics_file} ends after {len(rows)} of {done} homecomings, "
+                                 "so the run cannot go on. Restore it from a copy.")
+        self.run.write_metrics(rows[:done])
+
+    def work(self, agent: Agent, first: int) -> None:
+        """From request `first` to the last, then tables and figure."""
+        run, settings = self.run, self.settings
+        env = build.robot_env(settings, self.world, pictures=agent.learns)
+        found = checkpoint.newest(run.checkpoints, self.fixed)
+        if found:
+            env.load(found[1])
+        docked = sum(row["code"] == "docked" for row in run.metrics())
+        run.set_status(state="running", error=None, homecoming=first, requests=self.total)
+        homes = homecomings(env, agent, settings.loop.steps, settings.seed, first, bool(found), self.keep)
+        with closing(line(f"{settings.env.name} seed {settings.seed}", first, self.total)) as shown:
+            words = Returning(shown, docked)
+            for index, report in homes:
+                run.append_metrics({"episode": index, **asdict(report)})
+                words.home(report.success)
+                if index + 1 >= self.total:
+                    break
+        run.set_status(homecoming=self.total)
+        draw([run], run.path)
+
+    def keep(self, index: int, agent: Agent, env: RobotEnv) -> None:
+        """Before homecoming `index`, now and then: all that it takes to go on from here."""
+        if index % EVERY:
+            return
+
+        def write(folder: Path) -> None:
+            agent.save(folder)
+            env.save(folder)
+        checkpoint.save(self.run.checkpoints, index, self.fixed, write)
+        self.run.set_status(homecoming=index)
+
+
+def homecomings(env: RobotEnv, agent: Agent, steps: int, seed: int, first: int, restored: bool,
+                keep: Callable[[int, Agent, RobotEnv], None]) -> Iterator[tuple[int, DockReport]]:
+    """Explore and go home for ever: the number of each homecoming and its report.
+
+    restored: the episode before homecoming `first` was lived already, and the robot stands at its end.
+    """
+    observation, info = env.reset(seed=seed, options={"episode": first + restored})
+    if restored:
+        yield first, DockReport.of(info["dock"])
+    index = first + restored
+    while True:
+        agent.begin()
+        for _ in range(steps):
+            observation, _, _, low, info = env.step(agent.act(observation, info))
+            if low:
+                break
+        keep(index, agent, env)
+        observation, info = env.reset()
+        yield index, DockReport.of(info["dock"])
+        index += 1
+
+
+def draw(runs: Sequence[RunFolder], root: Path) -> None:
+    """Tables and the figure of arrivals, into `root`."""
+    from curionav_cli.results import docking, docking_plots, plots, tables  # matplotlib only when there is something
+
+    counted = [(docking.place(run), docking.reports(run)) for run in runs]
+    counted += docking.pooled(counted)
+    rows = [docking.summary(*one) for one in counted]
+    ends = [row for one in counted for row in docking.endings(*one)]
+    tries = [row for one in counted for row in docking.attempts(*one)]
+    parts = (tables.markdown(rows, docking.TABLE, docking.BELOW),
+             tables.markdown(ends, docking.FAILURES, "counts add up to the requests"),
+             tables.markdown(tries, docking.RECOVERIES, "attempts by what came before them"))
+    text = {"table.md": "\n".join(parts), "results.csv": tables.comma_separated(rows),
+            "endings.csv": tables.comma_separated(ends), "attempts.csv": tables.comma_separated(tries)}
+    folder = RunFolder(root)
+    for name, content in text.items():
+        folder.write(name, content)
+    folder.figures.mkdir(exist_ok=True)
+    for where, docks in counted if len(counted) == 1 else docking.pooled(counted[:len(runs)]) or counted:
+        light = runs[0].settings["robot"]["docking"]["infrared"]
+        title = f"{where['env']}, {where['robot']}: {sum(dock.success for dock in docks)} of {len(docks)} docked"
+        figure = docking_plots.arrivals(docks, light["cone"], light["range"], runs[0].plan.radius, title)
+        name = "arrivals" if len(counted) == 1 else f"arrivals_{where['env']}_{where['robot']}"
+        plots.save(figure, folder.figures / f"{name}.png")
+
+
+def work(settings: Config, folder: Path) -> dict[str, Any]:
+    """One job, as the launchers call it."""
+    run = see_through("dock", Homecomings(rooted(settings), folder))
+    docked = sum(row["code"] == "docked" for row in run.metrics())
+    return {"coverage": docked / settings.dock.requests}  # what a sweeper that searches maximises: the docked share
+
+
+def check(settings: Config) -> None:
+    """A robot that docks, in a world that stands. Raises UserError."""
+    if not isinstance(settings.robot, Turtlebot):
+        raise ConfigError(f"robot={settings.robot.name} is put back to its start and never docks. "
+                          "Choose robot=turtlebot2i.")
+    build.scene(settings)
+    build.check(settings)
+
+
+def summary(folder: Path, outcomes: list[Outcome]) -> None:
+    """The last lines of a run or a sweep, also of one that was interrupted."""
+    from curionav_cli.commands import summary as end  # matplotlib is loaded once there is something to draw
+    from curionav_cli.results import docking
+
+    alone = (folder / "config.yaml").is_file()
+    runs = [run for run in ([RunFolder(folder)] if alone else RunFolder.inside(folder)) if run.metrics()]
+    if not runs:
+        return
+    draw(runs, folder)
+    console = end.a_console()
+    counted = [(docking.place(run), docking.reports(run)) for run in runs]
+    counted += docking.pooled(counted)
+    show = partial(end.print_columns, console=console)
+    show([docking.summary(*one) for one in counted], docking.TABLE,
+         shown=[heading for heading, _, _ in docking.TABLE], caption=docking.BELOW)
+    show([row for one in counted for row in docking.endings(*one)], docking.FAILURES,
+         shown=[heading for heading, _, _ in docking.FAILURES])
+    end.print_files(console, folder, [*sorted(f"figures/{path.name}" for path in folder.glob("figures/*.png")),
+                                      "table.md", "results.csv", "endings.csv", "attempts.csv", "metrics.jsonl"])
+    end.print_next(console, [f"curionav resume {shlex.quote(str(folder))} dock.requests=...   (the same, longer)"])

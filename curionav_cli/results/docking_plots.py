@@ -1,0 +1,57 @@
+"""Where the robot truly stood when it began to approach, around the dock, by how it ended."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from matplotlib.figure import Figure
+from matplotlib.patches import Circle, Rectangle, Wedge
+
+from curionav_cli.records import DockReport
+
+COLOURS = ("#0b5fa5", "#15803d", "#c2410c", "#be185d", "#6d28d9", "#92400e", "#111827")
+FIRST, LATER = "docked at once", "docked after a recovery"
+ARROW = 0.12  # metres
+
+
+def arrivals(docks: Sequence[DockReport], cone: float, reach: float, radius: float, title: str) -> Figure:
+    """Left: true poses at arrival in the dock's frame, metres; right: by how far off the belief was, what came of it.
+
+    cone: degrees to either side that the light reaches, reach: metres, radius: of the robot.
+    """
+    figure = Figure((9.6, 4.6), layout="constrained")
+    around, beside = figure.subplots(1, 2, width_ratios=(1.25, 1))
+    came = [dock for dock in docks if dock.arrival]
+    kinds = [kind(dock) for dock in came]
+    names = sorted(set(kinds), key=lambda name: (name not in (FIRST, LATER), -kinds.count(name)))
+    pose = np.array([dock.arrival for dock in came]).reshape(-1, 3)
+    around.add_patch(Wedge((-radius, 0.0), reach, -cone, cone, facecolor="#fef3c7", edgecolor="#d97706", linewidth=0.6))
+    around.add_patch(Rectangle((-radius - 0.1, -0.12), 0.1, 0.24, facecolor="#4b5563"))
+    around.add_patch(Circle((0.0, 0.0), radius, fill=False, linestyle=":", edgecolor="#4b5563"))
+    for name, colour in zip(names, COLOURS):
+        chosen = np.array([found == name for found in kinds])
+        x, y, yaw = pose[chosen].T
+        around.plot(x, y, ".", color=colour, markersize=3, label=f"{name} ({chosen.sum()})")
+        around.plot([x, x - ARROW * np.cos(yaw)], [y, y - ARROW * np.sin(yaw)], color=colour, linewidth=0.4)
+    around.set(title=title, xlabel="before the dock (m)", ylabel="to the dock's left (m)", aspect="equal")
+    around.legend(fontsize=7, loc="upper right")
+    draw_errors(beside, came, kinds, names)
+    return figure
+
+
+def draw_errors(axes, came: Sequence[DockReport], kinds: Sequence[str], names: Sequence[str]) -> None:
+    """Stacked counts over the error of the believed pose."""
+    error = np.array([np.hypot(*dock.error[:2]) for dock in came if dock.error])
+    bins = np.linspace(0.0, max(0.2, float(error.max(initial=0.0))), 25)
+    parts = [error[[found == name for found in kinds]] for name in names]
+    if parts:
+        axes.hist(parts, bins, stacked=True, color=COLOURS[:len(parts)])
+    axes.set(xlabel="error of the believed position at arrival (m)", ylabel="homecomings")
+
+
+def kind(dock: DockReport) -> str:
+    """What an arrival is drawn as."""
+    if not dock.success:
+        return dock.code
+    return LATER if dock.recoveries else FIRST
