@@ -68,7 +68,7 @@ class RobotEnv(gymnasium.Wrapper):
             sensed, collided = self.body.drive(0.0, TURNS[action], seconds), False
         scan = self.body.scan()
         self.localiser.feel(sensed, scan)
-        self.map.insert(self.localiser.pose, scan)
+        self.map.glance(self.localiser.pose, scan)
         return self._observe(), 0.0, False, self.body.battery.low, self._info(collided)
 
     def save(self, folder: Path) -> None:

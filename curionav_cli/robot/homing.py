@@ -25,7 +25,7 @@ TURNS = np.arange(-17, 19)  # headings that are tried, in steps of 10 degrees fr
 SEEN = 3  # steps to either side that the depth camera sees
 AHEAD = np.array([0.2, 0.4])  # metres along a heading at which the plan is asked
 HESITATION = 0.01  # metres that a turn of 10 degrees must save
-FRESH, IDLE = 15, 45  # moves: until the next plan; without progress
+FRESH, IDLE = 20, 45  # moves: until the next plan; without progress
 PROGRESS = 0.2  # metres
 NEAR, FACING = 0.12, math.radians(6.0)  # how well a place is reached
 FORGOTTEN, RADII = 3, (0.4, 0.6, 1.0)  # how often, and how far around, the map is forgotten
@@ -78,7 +78,7 @@ class Homing:
         scan = self.base.scan() if done else None
         self.localiser.feel(sensed, scan)
         if scan is not None:
-            self.map.insert(self.localiser.pose, scan)
+            self.map.glance(self.localiser.pose, scan)
         if bumped:
             self._bumped(str(sensed.bump))
 

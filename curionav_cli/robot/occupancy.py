@@ -15,6 +15,7 @@ from curionav_cli.robot.sensed import Scan
 
 HIT, MISS, MOST = 0.9, 0.4, 3.5  # log-odds: added for a hit, taken for a passage, and their bound
 OCCUPIED = 0.5  # log-odds above which a cell is an obstacle
+MOVED = 0.15  # metres
 BLOCK = 40  # cells; the map grows by so many at once
 
 
@@ -25,24 +26,26 @@ class Occupancy:
     farther is not entered.
     """
 
-    SAVED = ("odds", "corner")
+    SAVED = ("odds", "corner", "entered")
 
     def __init__(self, cell: float = 0.1, reach: float = 6.0):
         self.cell, self.reach = cell, reach
         self.odds = np.zeros((2 * BLOCK, 2 * BLOCK), np.float32)
-        self.corner = (-BLOCK * cell, -BLOCK * cell)
+        self.corner: tuple[float, float] = (-BLOCK * cell, -BLOCK * cell)
+        self._entered = (math.inf, math.inf)
         self._along = np.arange(0.0, reach, cell)  # (S,)
 
     @classmethod
     def of(cls, arrays: dict[str, np.ndarray]) -> Occupancy:
         """What `save` gave."""
         known = cls()
-        known.odds, known.corner = arrays["odds"], (float(arrays["corner"][0]), float(arrays["corner"][1]))
+        known.odds = arrays["odds"]
+        known.corner, known._entered = tuple(arrays["corner"].tolist()), tuple(arrays["entered"].tolist())
         return known
 
     def save(self) -> dict[str, np.ndarray]:
         """All that it knows, by the names in SAVED."""
-        return {"odds": self.odds, "corner": np.array(self.corner)}
+        return {"odds": self.odds, "corner": np.array(self.corner), "entered": np.array(self._entered)}
 
     @property
     def occupied(self) -> np.ndarray:
@@ -67,12 +70,18 @@ class Occupancy:
         cosine, sine = np.cos(angle), np.sin(angle)
         ends = length < self.reach
         self._cover(pose[0], pose[1])
+        self._entered = (pose[0], pose[1])
         free = self._along < length[:, None] - 0.5 * self.cell  # (A, S)
         x = (pose[0] + cosine[:, None] * self._along)[free]
         y = (pose[1] + sine[:, None] * self._along)[free]
         self._add(x, y, -MISS)
         past = length[ends] + 0.01  # a hit lies just inside what was hit
         self._add(pose[0] + cosine[ends] * past, pose[1] + sine[ends] * past, HIT + MISS)
+
+    def glance(self, pose: Pose, scan: Scan) -> None:
+        """Enter a scan unless the last one was taken at nearly the same place: a turn on the spot shows little new."""
+        if math.hypot(pose[0] - self._entered[0], pose[1] - self._entered[1]) > MOVED:
+            self.insert(pose, scan)
 
     def block(self, x: float, y: float) -> None:
         """Something was touched at (x, y)."""

@@ -21,6 +21,7 @@ BODY = 0.15  # metres; an obstacle in a cell is somewhere in it, so a little les
 INFLATION = 0.24  # metres
 CLOSE, UNKNOWN, TIGHT = 6.0, 3.0, 30.0  # what a metre costs inside the inflation, in the unknown, and on the way out
 OUT = 0.3  # metres around a robot that stands too near to something: it may leave through what is closed to others
+BORDER = 4  # cells around what is known, through which a way may lead
 NEIGHBOURS = ((0, 1, 1.0), (1, 0, 1.0), (1, 1, 2.0 ** 0.5), (1, -1, 2.0 ** 0.5))
 
 
@@ -66,9 +67,21 @@ def plan(occupancy: Occupancy, x: float, y: float, start: tuple[float, float] | 
     if start:
         tight = occupancy.around(*start, OUT) & ~occupancy.occupied & np.isinf(price)
         price[tight] = TIGHT
-    goal = nearest_open(price, *(int(index) for index in occupancy.cells(x, y)))
+    row, column = (int(index) for index in occupancy.cells(x, y))
+    low, high = extent(occupancy.known, row, column)
+    price = price[low[0]:high[0], low[1]:high[1]]
+    goal = nearest_open(price, row - low[0], column - low[1])
     cost = dijkstra(edges(price), directed=False, indices=goal).reshape(price.shape)
-    return Plan(cost * occupancy.cell, occupancy.corner, occupancy.cell)
+    corner = (occupancy.corner[0] + low[1] * occupancy.cell, occupancy.corner[1] + low[0] * occupancy.cell)
+    return Plan(cost * occupancy.cell, corner, occupancy.cell)
+
+
+def extent(known: np.ndarray, row: int, column: int) -> tuple[tuple[int, int], tuple[int, int]]:
+    """The part of the map that is known, and a cell: first and last row and column, with a border."""
+    rows, columns = np.flatnonzero(known.any(axis=1)).tolist() or [row], np.flatnonzero(known.any(axis=0)).tolist()
+    columns = columns or [column]
+    low = max(0, min(rows[0], row) - BORDER), max(0, min(columns[0], column) - BORDER)
+    return low, (max(rows[-1], row) + BORDER + 1, max(columns[-1], column) + BORDER + 1)
 
 
 def prices(occupancy: Occupancy) -> np.ndarray:
