@@ -1,4 +1,4 @@
-"""Help, version, what is shown instead of run, and the commands still to come."""
+"""Help, version, and what is shown instead of run."""
 
 from __future__ import annotations
 
@@ -49,14 +49,6 @@ def test_help_of_explore_names_every_choice_and_setting(cli: Cli) -> None:
             assert line in out
         choices = out.partition("Choices")[2]
         assert "schema" not in choices and "hydra" not in choices
-
-
-@pytest.mark.parametrize("command", ["dock"])
-@pytest.mark.parametrize("words", [[], ["env=small_room", "-m", "--foo", "3"]])
-def test_what_is_still_to_come_says_so(cli: Cli, command: str, words: list[str]) -> None:
-    answer = cli(command, *words)
-    assert answer.code == 2
-    assert answer.error.startswith(f"curionav {command}: ") and len(answer.error.splitlines()) == 1
 
 
 def test_cfg_shows_a_part_and_resolves(cli: Cli) -> None:

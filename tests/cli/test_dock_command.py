@@ -1,0 +1,72 @@
+"""curionav dock from the prompt: a handful of homecomings, their tables, a killed run that goes on, wrong words."""
+
+from __future__ import annotations
+
+import csv
+import json
+import os
+import shutil
+import signal
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from entry import Cli
+
+SMALL = ("dock", "env=small_room", "loop.steps=25")
+
+# Kills its own process after the seventh homecoming's line, as a power cut would.
+KILLED = """
+import os, signal
+from curionav_cli import app
+from curionav_cli.commands import dock
+from curionav_cli.storage.run_folder import RunFolder
+dock.EVERY, plain = 3, RunFolder.append_metrics
+def append(run, row):
+    plain(run, row)
+    if row["episode"] == 4: os.kill(os.getpid(), signal.SIGKILL)
+RunFolder.append_metrics = append
+app.main()
+"""
+
+
+def test_the_table_counts_every_request(cli: Cli, tmp_path: Path) -> None:
+    answer = cli(*SMALL, "dock.requests=3", "hydra.run.dir=run")
+    assert answer.code == 0, answer.error
+    assert "request 3/3" in answer.out and "carried" in answer.out
+    rows = [json.loads(line) for line in (tmp_path / "run" / "metrics.jsonl").read_text().splitlines()]
+    assert [row["episode"] for row in rows] == [0, 1, 2]
+    with open(tmp_path / "run" / "results.csv") as file:
+        (result,) = csv.DictReader(file)
+    docked = sum(row["code"] == "docked" for row in rows)
+    assert (int(result["requests"]), int(result["docked"]), int(result["human"])) == (3, docked, 3 - docked)
+    assert float(result["ratio_low"]) <= docked / 3 <= float(result["ratio_high"])
+    with open(tmp_path / "run" / "endings.csv") as file:
+        assert sum(int(row["count"]) for row in csv.DictReader(file)) == 3
+    assert (tmp_path / "run" / "figures" / "arrivals.png").stat().st_size > 5000
+    assert not list((tmp_path / "run" / "episodes").iterdir())
+
+
+def test_a_killed_run_goes_on_to_the_same_homecomings(cli: Cli, tmp_path: Path) -> None:
+    words = [*SMALL, "dock.requests=6"]
+    assert cli(*words, "hydra.run.dir=whole").code == 0
+    environment = {**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)}
+    ended = subprocess.run([sys.executable, "-c", KILLED, *words, "hydra.run.dir=torn"], env=environment,
+                           cwd=tmp_path, capture_output=True)
+    assert ended.returncode == -signal.SIGKILL, ended.stderr
+    assert sorted(os.listdir(tmp_path / "torn" / "checkpoint")) == ["000000", "000003"]
+    assert cli("resume", "torn").code == 0
+    same = [(tmp_path / run / "metrics.jsonl").read_bytes() for run in ("whole", "torn")]
+    assert same[0] == same[1]
+    shutil.rmtree(tmp_path / "torn")
+
+
+@pytest.mark.parametrize(("words", "says"), [
+    (("robot=ideal",), "robot=turtlebot2i"), (("dock.requests=0",), "dock.requests"), (("dock.request=3",), "requests"),
+])
+def test_wrong_words_are_answered_before_anything_runs(cli: Cli, tmp_path: Path, words: tuple[str, ...],
+                                                       says: str) -> None:
+    answer = cli("dock", *words)
+    assert answer.code == 2 and says in answer.error and "Traceback" not in answer.error
+    assert not (tmp_path / "outputs").exists()
