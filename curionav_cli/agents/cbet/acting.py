@@ -54,10 +54,10 @@ class NumpyActor:
 
     def __init__(self, network: PolicyNetwork):
         self.layers, self.picture, self.features = convolutions(network)
-        self.dense = list(weights(network.dense))
+        self.dense = [(columns(layer.weight), plain(layer.bias)) for layer in cast(Iterable[nn.Linear], network.dense)]
         self.hidden = np.zeros((network.lstm.num_layers, network.lstm.hidden_size), np.float32)
         self.cell = self.hidden.copy()
-        self.cells = [halved(plain(torch.cat([w_in, w_on, (b_in + b_on)[:, None]], dim=1)))
+        self.cells = [columns(halved(torch.cat([w_in, w_on, (b_in + b_on)[:, None]], dim=1)))
                       for w_in, w_on, b_in, b_on in network.lstm.all_weights]
         [self.policy] = weights([network.policy])
 
@@ -130,10 +130,14 @@ def plain(tensor: Tensor) -> np.ndarray:
     return tensor.detach().numpy().copy()
 
 
-def halved(weight: np.ndarray) -> np.ndarray:
+def columns(weight: Tensor) -> np.ndarray:
+    """A copy that lies column by column: a product with one vector is a fifth quicker so."""
+    return weight.detach().t().clone(memory_format=torch.contiguous_format).numpy().T
+
+
+def halved(weight: Tensor) -> Tensor:
     """An LSTM's gates (4 U, ...), in torch's order, for sigmoid(x) = (1 + tanh(x / 2)) / 2: a tanh does for all."""
-    into, keep, new, out = weight.reshape(4, -1, weight.shape[1])
-    return np.concatenate([0.5 * into, 0.5 * keep, new, 0.5 * out])
+    return (weight.unflatten(0, (4, -1)) * weight.new_tensor([0.5, 0.5, 1, 0.5])[:, None, None]).flatten(0, 1)
 
 
 def actor(network: PolicyNetwork) -> Actor:
