@@ -127,7 +127,7 @@ class Curionav(Torch):
         self.agent.learner.update(self.data)
 
     def act(self) -> None:
-        self.agent.act(self.seen, {})
+        self.agent.act(self.seen, {"episode": 0})
 
 
 class Probe(Torch):

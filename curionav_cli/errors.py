@@ -6,6 +6,12 @@
     ├── MapError              a ROS map (YAML and image)
     └── RunFolderError        not a run folder, half written, another environment or agent
     RunFailed                 exit code 1: the run began and could not go on (full disk, non-finite loss)
+
+What goes wrong between robot and server ends no run; who meets it goes on with what it has:
+
+    Unreachable               the storage gives no answer, or refuses
+    WeightsRefused            weights that came and cannot be used
+    EpisodeRefused            an episode that came and cannot be used
 """
 
 
@@ -31,3 +37,15 @@ class RunFolderError(UserError):
 
 class RunFailed(Exception):
     """The run began and could not go on; what it had saved is still there."""
+
+
+class Unreachable(Exception):
+    """The storage cannot be used now. The message says why and never holds a key, a token or a password."""
+
+
+class WeightsRefused(Exception):
+    """Weights that came and cannot be used."""
+
+
+class EpisodeRefused(Exception):
+    """An episode that came and cannot be used."""

@@ -9,6 +9,8 @@
         agent.foresee(index, episode)                # what it would have expected of it, for the figures
         metrics = agent.learn(replay, iterations)    # K iterations on all that was lived so far
         agent.save(folder)                           # load(folder) restores it to the bit
+
+Where a server learns, the robot's agent adopts before an episode what the server's agent shares after one.
 """
 
 from __future__ import annotations
@@ -60,6 +62,13 @@ class Agent(ABC):
     def learn(self, replay: Replay, iterations: int, tick: Callable[[int], None]) -> dict[str, float]:
         """K iterations on the replay; tick(i) after each. Metrics for metrics.jsonl."""
         return {}
+
+    def share(self) -> bytes:
+        """The weights that acting needs, as a safetensors file: a robot `adopt`s what a server has learned."""
+        return b""
+
+    def adopt(self, raw: bytes) -> None:
+        """Act with weights that `share` gave. Raises WeightsRefused, and changes nothing, where it cannot."""
 
     def save(self, folder: Path) -> None:
         """Write all that `load` needs into an existing empty folder."""

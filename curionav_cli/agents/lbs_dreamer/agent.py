@@ -13,6 +13,7 @@ from torch import Tensor
 from curionav_cli.agents.agent import Agent
 from curionav_cli.agents.device import repeatable, resolve_device
 from curionav_cli.agents.lbs_dreamer.checkpoint import load_learner, save_learner
+from curionav_cli.agents.lbs_dreamer.convolution import COLOURS, SIDE
 from curionav_cli.agents.lbs_dreamer.curiosity.count import Visits
 from curionav_cli.agents.lbs_dreamer.curiosity.picture_count import Pictures
 from curionav_cli.agents.lbs_dreamer.device import fuse, recorder, way
@@ -23,12 +24,14 @@ from curionav_cli.agents.lbs_dreamer.memory import keep_freed_memory
 from curionav_cli.agents.lbs_dreamer.rssm import State
 from curionav_cli.agents.lbs_dreamer.world_model import Sequences
 from curionav_cli.agents.meter import Meter, finite
+from curionav_cli.agents.weights import pack, put, unpack
 from curionav_cli.config import agent_schema
-from curionav_cli.errors import ConfigError
+from curionav_cli.errors import ConfigError, WeightsRefused
 from curionav_cli.records import Episode, FloorPlan, Foresight
 from curionav_cli.storage.replay import NO_ACTION, Replay
 
-FORESIGHT_STREAM = 2  # keeps what is drawn for predictions apart from what acting and learning draw
+FORESIGHT_STREAM, ACTING_STREAM = 2, 3  # keep what predictions and acting draw apart from what learning draws
+ACTING = ("world_model.encoder.", "world_model.rssm.", "behaviour.actor.")
 
 
 class Step(NamedTuple):
@@ -44,7 +47,8 @@ class Step(NamedTuple):
 class LBSDreamer(Agent):
     """DreamerV2's world model and actor-critic, with Latent Bayesian Surprise for a reward.
 
-    All randomness is its own: `rng` (numpy) draws sequences, `generator` (torch) everything else.
+    All randomness is its own: `rng` (numpy) draws sequences, `generator` (torch) what learning needs else, `dice` the
+    actions of one episode, from seed and episode alone: who acts need not know how often who learns has drawn.
     On a CPU the same seed and number of threads give the same bytes.
     """
 
@@ -80,10 +84,14 @@ class LBSDreamer(Agent):
         """Forget the episode: a zero state, no action yet."""
         self.state = self.learner.networks.world_model.rssm.initial(1)
         self.action = torch.tensor([NO_ACTION], device=self.device)
+        self.dice: torch.Generator | None = None
 
     def act(self, observation: dict[str, np.ndarray], info: dict[str, Any]) -> int:
         """Filter the image into the state that is carried over the episode, then sample the policy."""
-        noise = torch.rand(1, self.hyper.latent_dimension + 1, generator=self.learner.generator, device=self.device)
+        if self.dice is None:
+            seed = np.random.default_rng([self.seed, ACTING_STREAM, info["episode"]]).integers(2**62)
+            self.dice = torch.Generator(self.device).manual_seed(int(seed))
+        noise = torch.rand(1, self.hyper.latent_dimension + 1, generator=self.dice, device=self.device)
         found = self.filter(Step(torch.from_numpy(observation["image"]), self.action, *self.state, noise))
         self.state, self.action = State(found["deter"], found["stoch"]), found["action"]
         return int(self.action)
@@ -97,6 +105,32 @@ class LBSDreamer(Agent):
                                rssm.embed_input(model.encoder(patches)), step.noise[:, :-1])
         action = networks.behaviour.act(state.features, step.noise[:, -1])
         return {"deter": state.deter, "stoch": state.stoch, "action": action}
+
+    def share(self) -> bytes:
+        return pack(self.acting())
+
+    def adopt(self, raw: bytes) -> None:
+        own = self.acting()
+        kept = {name: tensor.clone() for name, tensor in own.items()}
+        put(own, unpack(raw, own))
+        if not self.acts():
+            put(own, kept)
+            raise WeightsRefused("they give no finite numbers for an image")
+
+    @torch.inference_mode()
+    def acts(self) -> bool:
+        """Are the latents and the policy finite for one grey image?"""
+        grey = torch.full((SIDE, SIDE, COLOURS), 128, dtype=torch.uint8)
+        action, noise = torch.tensor([NO_ACTION]), torch.full((1, self.hyper.latent_dimension + 1), 0.5)
+        networks = self.learner.networks
+        step = Step(grey, action.to(self.device), *networks.world_model.rssm.initial(1), noise.to(self.device))
+        found = self.filter(step)
+        state = State(found["deter"], found["stoch"])
+        return bool(torch.cat([state.features, networks.behaviour.actor(state.features)], -1).isfinite().all())
+
+    def acting(self) -> dict[str, Tensor]:
+        """The part of the weights that acting needs, as it lies in memory: encoder, RSSM and actor."""
+        return {name: tensor for name, tensor in self.learner.networks.state_dict().items() if name.startswith(ACTING)}
 
     def foresee(self, index: int, episode: Episode) -> Foresight | None:
         rng = np.random.default_rng([self.seed, FORESIGHT_STREAM, index])

@@ -2,6 +2,7 @@
 
 import hashlib
 import json
+import pickle
 import subprocess
 import sys
 
@@ -15,7 +16,7 @@ from curionav_cli.agents.lbs_dreamer.device import recorder, way
 from curionav_cli.agents.lbs_dreamer.graphs import as_it_is, cuda_graph
 from curionav_cli.agents.lbs_dreamer.world_model import Sequences
 from curionav_cli.config import agent_schema
-from curionav_cli.errors import ConfigError, RunFailed, RunFolderError
+from curionav_cli.errors import ConfigError, RunFailed, RunFolderError, WeightsRefused
 
 
 def ignore(done):
@@ -38,7 +39,7 @@ def fingerprint(agent):
 
 def walk(agent, episode):
     agent.begin()
-    return [agent.act({"image": image}, {}) for image in episode.image]
+    return [agent.act({"image": image}, {"episode": 0}) for image in episode.image]
 
 
 def test_it_acts_and_learns(agent, replay):
@@ -80,7 +81,7 @@ def test_acting_is_filtering_with_the_same_noise(agent, replay):
         actions, states = [], []
         made.begin()
         for image in episode.image:
-            actions.append(made.act({"image": image}, {}))
+            actions.append(made.act({"image": image}, {"episode": 0}))
             states.append(made.state)
     finally:
         torch.rand = torch_rand
@@ -94,17 +95,67 @@ def test_acting_is_filtering_with_the_same_noise(agent, replay):
 
 def test_an_episode_starts_afresh(agent, replay):
     made, episode = agent(), replay().episode(0)
-    state = made.learner.generator.get_state()
-    first = walk(made, episode)
-    made.learner.generator.set_state(state)
-    assert walk(made, episode) == first
+    assert walk(made, episode) == walk(made, episode)
+
+
+def test_what_acting_draws_depends_on_seed_and_episode_and_on_no_learning(agent, replay):
+    """So that a robot acts as the learner itself would have, however far the two are apart."""
+    made, store = agent(), replay()
+    made.learner.generator.set_state(torch.Generator().manual_seed(9).get_state())
+    with torch.no_grad():
+        for parameter in (one := agent()).learner.networks.parameters():
+            parameter.zero_()  # a uniform policy: its actions are what was drawn
+    one.learn(store, 0, ignore)
+    walks = []
+    for index in (0, 0, 1):
+        one.begin()
+        walks.append([one.act({"image": image}, {"episode": index}) for image in store.episode(0).image])
+    assert walks[0] == walks[1] != walks[2]
+    before = fingerprint(made)
+    walk(made, store.episode(0))
+    assert fingerprint(made) == before
+
+
+def test_shared_weights_make_another_agent_act_alike(agent, replay):
+    learned, robot, store = agent(), agent(), replay()
+    learned.learn(store, 3, ignore)
+    assert robot.share() != learned.share()
+    robot.adopt(learned.share())
+    assert robot.share() == learned.share() and len(learned.share()) < 0.6 * sum(
+        tensor.nbytes for tensor in learned.learner.networks.state_dict().values())
+    assert walk(robot, store.episode(1)) == walk(learned, store.episode(1))
+
+
+def spoilt(agent, harm):
+    """What a robot should not act with."""
+    if harm == "nan":
+        next(iter(agent.acting().values())).view(-1)[-1] = torch.nan
+    if harm == "huge":
+        for tensor in agent.acting().values():
+            tensor.fill_(3e38)
+    raw = agent.share()
+    return {"torn": raw[:-9], "empty": b"", "pickle": pickle.dumps({"a": 1})}.get(harm, raw)
+
+
+@pytest.mark.parametrize(("harm", "said"), [
+    ("nan", "holds numbers that are not finite"), ("huge", "no finite numbers for an image"),
+    ("torn", "no whole safetensors file"), ("empty", "no whole safetensors file"),
+    ("pickle", "no whole safetensors file"), ("foreign", r"is float32 \(.* there and float32 \(.* here"),
+])
+def test_weights_that_cannot_act_are_refused_and_change_nothing(agent, harm, said):
+    robot = agent()
+    before = fingerprint(robot)
+    with pytest.raises(WeightsRefused, match=said):
+        robot.adopt(spoilt(agent(gru_units=24) if harm == "foreign" else agent(), harm))
+    assert fingerprint(robot) == before
 
 
 def test_a_resumed_agent_is_the_same_to_the_bit(agent, replay, tmp_path):
     straight, store = agent(), replay()
     straight.learn(store, 3, ignore)
     straight.save(tmp_path)
-    resumed = agent(seed=7)
+    resumed = agent()
+    resumed.learn(store, 1, ignore)
     resumed.load(tmp_path)
     assert fingerprint(resumed) == fingerprint(straight)
     for made in (straight, resumed):
