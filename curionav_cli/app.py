@@ -82,7 +82,8 @@ def command_with_settings(name: str, about: str) -> None:
 
 
 command_with_settings("explore", "Let an agent live in a world and draw what it covered.")
-command_with_settings("train", "Let an agent learn from stored episodes: data=RUN loop.iterations=2000 (all together).")
+command_with_settings("train", "Let an agent learn from stored episodes: data=RUN loop.iterations=2000 (all together); "
+                      "or for a robot: storage=URL, with --follow on and on.")
 command_with_settings("dock", "Explore, drive home and dock, again and again: env=small_room dock.requests=600.")
 command_with_settings("sheet", "Draw a contact sheet of a world: top view, camera images and depth.")
 

@@ -1,7 +1,7 @@
 """The one episodic loop (paper, section "Lifelong learning"): N steps, then K iterations, then home.
 
 Simulation and robot differ only in env.reset(): respawn, or drive home and dock. `learn` is the other
-strategy: here, or on a server. The loop knows neither which environment nor which agent it runs.
+strategy: here, or there, on a server. The loop knows neither which environment nor which agent it runs.
 """
 
 from __future__ import annotations
@@ -15,6 +15,7 @@ import numpy as np
 
 from curionav_cli.agents.agent import Agent
 from curionav_cli.records import Episode, Foresight
+from curionav_cli.storage.courier import Courier
 from curionav_cli.storage.replay import Replay
 
 
@@ -44,7 +45,14 @@ class Onlooker(Protocol):
         """So many iterations are done in all; the metrics are of those since the last save."""
 
 
-Learn = Callable[[int, Episode], dict[str, float]]
+class Learn(Protocol):
+    """What becomes of an episode: learned from here, or delivered."""
+
+    def __call__(self, index: int, episode: Episode) -> dict[str, float]:
+        """Episode `index` has ended; metrics of what was done with it."""
+
+    def docked(self, index: int) -> None:
+        """The robot stands at its dock, before episode `index`, and after the last."""
 
 
 def live(env: gymnasium.Env, agent: Agent, learn: Learn, *, episodes: int, steps: int, seed: int,
@@ -52,6 +60,7 @@ def live(env: gymnasium.Env, agent: Agent, learn: Learn, *, episodes: int, steps
     """Episodes `first` to `episodes`, `steps` steps each; learn(index, episode) gives metrics."""
     observation, info = env.reset(seed=seed, options={"episode": first})
     for index in range(first, episodes):
+        learn.docked(index)
         began = clocks()
         episode = run_episode(env, agent, observation, info, steps, watch)
         acted = clocks()
@@ -60,6 +69,7 @@ def live(env: gymnasium.Env, agent: Agent, learn: Learn, *, episodes: int, steps
         watch.lived(index, episode, {**metrics, **spent("acting", began, acted), **spent("learning", acted, learned)})
         if index + 1 < episodes:
             observation, info = env.reset()
+    learn.docked(episodes)
 
 
 def clocks() -> tuple[float, float]:
@@ -115,6 +125,27 @@ class LearnHere:
         self.replay.add(episode)
         metrics = self.agent.learn(self.replay, self.iterations, self.watch.learned)
         return {**metrics, **(foresight.metrics() if foresight else {})}
+
+    def docked(self, index: int) -> None:
+        """Nothing is to be fetched."""
+
+
+class LearnThere:
+    """Store the episode and put it into the outbox; at the dock a courier delivers it and brings weights."""
+
+    def __init__(self, courier: Courier, store: Callable[[int, Episode], None]):
+        self.courier, self.store = courier, store
+        self.spent: dict[str, float] = {}
+
+    def __call__(self, index: int, episode: Episode) -> dict[str, float]:
+        self.store(index, episode)
+        self.courier.collect(index, episode)
+        return {"weights_version": self.courier.version, **self.spent}
+
+    def docked(self, index: int) -> None:
+        began = clocks()
+        self.courier.docked(index)
+        self.spent = spent("docked", began, clocks())
 
 
 def train(agent: Agent, replay: Replay, *, iterations: int, every: int, watch: Onlooker, first: int = 0) -> None:

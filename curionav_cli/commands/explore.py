@@ -8,12 +8,13 @@ from typing import Any
 
 from curionav_cli import build
 from curionav_cli.agents.agent import Agent
+from curionav_cli.commands import remote
 from curionav_cli.commands.launch import Request, launch
 from curionav_cli.commands.lifecycle import fixed_settings, rooted, see_through
 from curionav_cli.commands.progress import Living, line
 from curionav_cli.commands.recorder import Recorder
 from curionav_cli.config.job import Outcome
-from curionav_cli.config.schema import Config
+from curionav_cli.config.schema import Config, Learner
 from curionav_cli.config.settings import settings_yaml
 from curionav_cli.errors import ConfigError
 from curionav_cli.loop import LearnHere, live
@@ -45,6 +46,10 @@ class Exploration:
         self.settings, self.run, self.total = settings, RunFolder(folder), settings.loop.episodes
         self.world = build.scene(settings)
         self.fixed = fixed_settings(settings, self.world.plan, loop=("steps", "iterations"))
+        self.shared = {key: value for key, value in self.fixed.items() if key != "robot"}  # with a server
+        self.remote = settings.learner is Learner.remote
+        if self.remote:
+            self.fixed["learner"] = "remote"
 
     def agent(self) -> Agent:
         return build.agent(self.settings, self.world)
@@ -66,12 +71,15 @@ class Exploration:
     def work(self, agent: Agent, first: int) -> None:
         """From episode `first` to the last, then the figures."""
         run, loop, label = self.run, self.settings.loop, f"{self.settings.agent.name} seed {self.settings.seed}"
-        coverage, stored = cover(run.plan, run.poses()), run.episode_paths() if agent.learns else []
+        coverage = cover(run.plan, run.poses())
+        stored = run.episode_paths() if agent.learns and not self.remote else []
         with closing(Replay.open(stored, memory=loop.replay_memory * 1e9, folder=run.path)) as replay, \
                 closing(line(label, first, loop.episodes)) as shown:
             env = self.env(first)
-            recorder = Recorder(run, env, agent, replay, self.fixed, coverage, Living(shown, loop))
-            learn = LearnHere(agent, replay, loop.iterations, recorder, run.save_episode)
+            recorder = Recorder(run, env, agent, None if self.remote else replay, self.fixed, coverage,
+                                Living(shown, loop))
+            learn = remote.there(self.settings, run, agent, self.shared) if self.remote else \
+                LearnHere(agent, replay, loop.iterations, recorder, run.save_episode)
             run.set_status(state="running", error=None, episode=first, episodes=loop.episodes, **recorder.counts(),
                            **recorder.usage())
             live(env, agent, learn, episodes=loop.episodes, steps=loop.steps, seed=self.settings.seed, watch=recorder,
@@ -107,6 +115,10 @@ def check(settings: Config) -> None:
     build.scene(settings)
     build.check(settings)
     build.check_lengths(settings)
+    if settings.learner is Learner.remote:
+        remote.check(settings)
+    elif settings.storage:
+        raise ConfigError("storage=... is where another process learns: add learner=remote.")
 
 
 def summary(folder: Path, outcomes: list[Outcome]) -> None:

@@ -106,6 +106,25 @@ class Living:
             f"{self.coverage}"))
 
 
+class Serving:
+    """The words of a server: one plain line an episode, as nobody knows how many will come."""
+
+    def __init__(self, done: int):
+        self.done = done
+
+    def acted(self, step: int) -> None:
+        """It was acted elsewhere."""
+
+    def learned(self, iteration: int) -> None:
+        """The line comes when all are done."""
+
+    def lived(self, coverage: float, visited: int, total: int) -> None:
+        """An episode that came was learned from."""
+        self.done += 1
+        print(f"{self.done} episode{'s' * (self.done != 1)} learned, coverage {coverage:.1%} ({visited}/{total})",
+              flush=True)
+
+
 class Studying:
     """The words of a run that only learns."""
 

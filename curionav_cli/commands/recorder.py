@@ -7,7 +7,7 @@ from typing import Any
 
 from curionav_cli.agents.agent import Agent
 from curionav_cli.build import World
-from curionav_cli.commands.progress import Living, Studying
+from curionav_cli.commands.progress import Living, Serving, Studying
 from curionav_cli.records import Episode, Foresight
 from curionav_cli.results.coverage import Coverage
 from curionav_cli.storage import checkpoint
@@ -19,7 +19,7 @@ from curionav_cli.world.motion import FORWARD, LEFT, RIGHT
 class Keeper:
     """Keeps what was done, so that a killed run goes on. `fixed`: the settings that it may then not change."""
 
-    def __init__(self, run: RunFolder, agent: Agent, replay: Replay, fixed: dict[str, Any]):
+    def __init__(self, run: RunFolder, agent: Agent, replay: Replay | None, fixed: dict[str, Any]):
         self.run, self.agent, self.replay, self.fixed = run, agent, replay, fixed
 
     def keep(self, done: int, row: dict[str, Any], **status: Any) -> None:
@@ -33,24 +33,25 @@ class Keeper:
         self.agent.save(folder)
 
     def usage(self) -> dict[str, Any]:
-        """What a learner's replay holds, for status.json."""
+        """What a learner's replay holds, for status.json; nothing where the learner is elsewhere."""
         replay = self.replay
         return {"replay": {"episodes": len(replay), "steps": replay.steps, "bytes_in_memory": replay.in_memory,
-                           "bytes_on_disk": replay.on_disk}} if self.agent.learns else {}
+                           "bytes_on_disk": replay.on_disk}} if replay is not None and self.agent.learns else {}
 
 
 class Recorder(Keeper):
-    """Watches a life (loop.Watcher) and counts its coverage."""
+    """Watches a life (loop.Watcher) and counts its coverage. env: none where it is lived elsewhere."""
 
-    def __init__(self, run: RunFolder, env: World, agent: Agent, replay: Replay, fixed: dict[str, Any],
-                 coverage: Coverage, report: Living):
+    def __init__(self, run: RunFolder, env: World | None, agent: Agent, replay: Replay | None, fixed: dict[str, Any],
+                 coverage: Coverage, report: Living | Serving):
         super().__init__(run, agent, replay, fixed)
         self.env, self.coverage, self.report = env, coverage, report
 
     def save(self, folder: Path) -> None:
         """The agent, and what its world needs to go on after this episode."""
         super().save(folder)
-        self.env.save(folder)
+        if self.env:
+            self.env.save(folder)
 
     def counts(self) -> dict[str, float]:
         """What the run has covered so far."""

@@ -7,6 +7,7 @@ import shlex
 import sys
 from collections.abc import Iterator
 from contextlib import chdir, contextmanager
+from dataclasses import fields
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +16,7 @@ import yaml
 from curionav_cli.commands import dock, explore, train
 from curionav_cli.commands.launch import INTERRUPTED, Request
 from curionav_cli.config.preflight import pin
+from curionav_cli.config.schema import Remote
 from curionav_cli.config.settings import read_settings
 from curionav_cli.errors import ConfigError, RunFailed, RunFolderError, UserError
 from curionav_cli.records import read_json
@@ -22,7 +24,8 @@ from curionav_cli.storage.run_folder import RunFolder
 
 # A run may be longer than planned, files may move, machines differ in memory, and CUDA graphs may fail.
 ANY = ("env.map", "env.overlay", "loop.replay_memory", "compile")
-MAY_CHANGE = {"explore": ("loop.episodes", *ANY), "train": ("loop.iterations", "data", *ANY),
+MET = ("storage", *(f"remote.{field.name}" for field in fields(Remote)))  # where robot and server meet
+MAY_CHANGE = {"explore": ("loop.episodes", *ANY, *MET), "train": ("loop.iterations", "data", *ANY, *MET),
               "dock": ("dock.requests", *ANY)}
 COMMANDS = {"explore": explore, "train": train, "dock": dock}
 

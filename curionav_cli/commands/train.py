@@ -8,18 +8,21 @@ from __future__ import annotations
 
 import shlex
 from contextlib import closing
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 from curionav_cli import build
 from curionav_cli.agents.agent import Agent
+from curionav_cli.commands import remote
 from curionav_cli.commands import summary as end
 from curionav_cli.commands.launch import Request, launch
 from curionav_cli.commands.lifecycle import fixed_settings, rooted, see_through
 from curionav_cli.commands.progress import Studying, line
 from curionav_cli.commands.recorder import Study
+from curionav_cli.commands.serve import serve
 from curionav_cli.config.job import Outcome
-from curionav_cli.config.schema import Config
+from curionav_cli.config.schema import Config, Learner
 from curionav_cli.config.settings import settings_yaml
 from curionav_cli.errors import ConfigError, RunFolderError
 from curionav_cli.loop import train as learn
@@ -32,8 +35,9 @@ EVERY = 100  # iterations between two saves
 
 
 def run(request: Request) -> int:
-    """The command: its exit code."""
-    return launch(request, work, summary, check)
+    """The command: its exit code. --follow is the one setting that has a word of its own."""
+    words = ["remote.follow=true" if word == "--follow" else word for word in request.overrides]
+    return launch(replace(request, overrides=words), work, summary, check)
 
 
 def train(settings: Config, folder: Path) -> RunFolder:
@@ -83,15 +87,19 @@ class Training:
 
 def work(settings: Config, folder: Path) -> dict[str, Any]:
     """One job, as the launchers call it."""
-    train(settings, folder)
+    (serve if settings.storage else train)(settings, folder)
     return {}
 
 
 def check(settings: Config) -> None:
     """What the schema cannot see: episodes that an agent can learn from. Raises UserError."""
+    if settings.storage:
+        check_server(settings)
+        return
     if not settings.data:
         raise ConfigError("train needs data, the folder of a run, of a sweep, or of episodes: "
-                          "curionav train data=outputs/DATE/RUN")
+                          "curionav train data=outputs/DATE/RUN; or a robot's storage: "
+                          "curionav train storage=file:///DIR --follow")
     if not settings.loop.iterations:
         raise ConfigError("loop.iterations=0 trains nothing.")
     build.check(settings)
@@ -112,6 +120,17 @@ def check(settings: Config) -> None:
                           f"{steps} steps. Set agent.sequence_length={steps + 1} or less.")
 
 
+def check_server(settings: Config) -> None:
+    """A storage is all that a server learns from. Raises UserError."""
+    if settings.data:
+        raise ConfigError("data=... and storage=... are two places to learn from. Give one of them.")
+    if settings.learner is Learner.remote:
+        raise ConfigError("curionav train learns here: learner=remote is for the robot, curionav explore.")
+    build.check(settings)
+    build.check_lengths(settings)
+    remote.check(settings)
+
+
 def summary(folder: Path, outcomes: list[Outcome]) -> None:
     """The last lines of a training or a sweep of them, also of one that was interrupted."""
     runs = [RunFolder(folder)] if (folder / "config.yaml").is_file() else RunFolder.inside(folder)
@@ -119,9 +138,10 @@ def summary(folder: Path, outcomes: list[Outcome]) -> None:
     for one in runs:
         status = one.status
         used = status.get("replay", {})
-        console.print(f"{one.path.name}: {status.get('state')}, iteration {status.get('iteration')} of "
-                      f"{status.get('iterations')}, {used.get('episodes')} episodes, {used.get('steps')} steps",
-                      soft_wrap=True, highlight=False, markup=False)
+        done = f"iteration {status.get('iteration')} of {status.get('iterations')}" if "iteration" in status else \
+            f"weights {status.get('episode')}"
+        console.print(f"{one.path.name}: {status.get('state')}, {done}, {used.get('episodes')} episodes, "
+                      f"{used.get('steps')} steps", soft_wrap=True, highlight=False, markup=False)
         end.print_files(console, one.path, ("metrics.jsonl", "checkpoint"))
     if runs:
         on = f"curionav resume {shlex.quote(str(folder))}"

@@ -31,6 +31,13 @@ class Compile(Enum):
     fused = "fused"
 
 
+class Learner(Enum):
+    """local: in this process; remote: episodes go to `storage`, where curionav train learns, and weights come back."""
+
+    local = "local"
+    remote = "remote"
+
+
 class Scale(Enum):
     """cpu: minutes on two cores; paper: the paper's hyperparameter table."""
 
@@ -130,6 +137,25 @@ class Env:
 
 
 @dataclass(frozen=True)
+class Remote:
+    """How robot and server wait for each other, in seconds; and what a robot keeps that could not be delivered."""
+
+    wait: float
+    offline: float
+    poll: float
+    timeout: float
+    gap: float
+    outbox: int
+    disk: float
+    follow: bool
+
+    def __post_init__(self) -> None:
+        for name, least in (("wait", 0), ("offline", 0), ("poll", 0.01), ("timeout", 0.1), ("gap", 0), ("outbox", 1)):
+            within(f"remote.{name}", getattr(self, name), least=least)
+        within("remote.disk", self.disk, least=0, most=1)
+
+
+@dataclass(frozen=True)
 class Config:
     """All settings of one run. `agent` and `robot` are the dataclasses of the chosen ones."""
 
@@ -138,6 +164,9 @@ class Config:
     compile: Compile
     scale: Scale
     data: str | None  # the folder whose episodes `train` learns from
+    learner: Learner
+    storage: str | None  # a URL: where robot and server meet
+    remote: Remote
     loop: Loop
     env: Env
     agent: Any

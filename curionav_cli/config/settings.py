@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from copy import deepcopy
 from pathlib import Path
+from typing import Any
 
 import yaml
 from omegaconf import DictConfig, OmegaConf, flag_override
@@ -12,7 +13,7 @@ from omegaconf.errors import MissingMandatoryValue, OmegaConfBaseException
 
 from curionav_cli.config.answers import in_words, type_of
 from curionav_cli.config.schema import Config
-from curionav_cli.config.sources import AGENTS, ROBOTS, writable
+from curionav_cli.config.sources import AGENTS, MAIN, ROBOTS, conf_dir, writable
 from curionav_cli.errors import ConfigError, RunFolderError
 
 
@@ -53,6 +54,7 @@ def read_settings(path: Path, changes: Sequence[str] = ()) -> Config:
     try:
         recorded = OmegaConf.create(yaml.safe_load(path.read_text()))
         node = writable(Config)
+        node.merge_with(newer())
         node["agent"] = writable(AGENTS[recorded.agent.name])
         node["robot"] = writable(ROBOTS[recorded.robot.name])
         node.merge_with(recorded)
@@ -63,6 +65,12 @@ def read_settings(path: Path, changes: Sequence[str] = ()) -> Config:
         line = next(iter(str(error).splitlines()), type(error).__name__)
         raise RunFolderError(f"{path} does not hold the settings of a run: {line}") from error
     return changed(node, changes) if changes else settings
+
+
+def newer() -> dict[str, Any]:
+    """Today's values of what the settings of an older run may not know yet."""
+    now = yaml.safe_load((conf_dir() / f"{MAIN}.yaml").read_text())
+    return {key: now[key] for key in ("learner", "storage", "remote")}
 
 
 def changed(config: DictConfig, changes: Sequence[str]) -> Config:

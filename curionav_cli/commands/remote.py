@@ -1,0 +1,79 @@
+"""The robot's end of a storage, explore learner=remote storage=URL; and what both ends ask of one."""
+
+from __future__ import annotations
+
+import json
+import time
+from typing import Any
+
+from curionav_cli import build
+from curionav_cli.agents.agent import Agent
+from curionav_cli.config.schema import Config
+from curionav_cli.errors import ConfigError, RunFolderError, Unreachable
+from curionav_cli.loop import LearnThere
+from curionav_cli.storage import checkpoint
+from curionav_cli.storage.courier import Courier, Time
+from curionav_cli.storage.outbox import Outbox
+from curionav_cli.storage.protocol import MARKED, SETTINGS, fingerprint
+from curionav_cli.storage.run_folder import RunFolder
+from curionav_cli.storage.shelf import Shelf
+from curionav_cli.storage.store import EXAMPLES, Store
+
+LARGEST = 1 << 20  # bytes that settings.json may have
+
+
+def say(text: str) -> None:
+    print(text, flush=True)
+
+
+def there(settings: Config, run: RunFolder, agent: Agent, shared: dict[str, Any]) -> LearnThere:
+    """A robot's learning. Raises RunFolderError where the storage is another run's."""
+    store, remote = opened(settings), settings.remote
+    outbox = Outbox(run.path / "outbox", fingerprint(shared), remote.outbox, remote.disk)
+    fresh = not run.episode_paths()
+    try:
+        store.create()
+        agree(store, shared)
+        if fresh and store.names("episodes", MARKED):
+            raise RunFolderError(f"storage: {settings.storage} holds the episodes of another run. Go on in its folder, "
+                                 "or use an empty place.")
+    except Unreachable as error:
+        say(f"the storage is not reachable ({error}): begins without it")
+    courier = Courier(store, outbox, Shelf(run.path / "weights"), agent.adopt, len(agent.share()), remote,
+                      Time(time.monotonic, time.sleep), say, run.episode_path)
+    return LearnThere(courier, run.save_episode)
+
+
+def opened(settings: Config) -> Store:
+    """Raises ConfigError for what is no storage."""
+    if not settings.storage:
+        raise ConfigError(f"learner=remote needs a place where robot and server meet: {EXAMPLES}.")
+    return Store.at(settings.storage, settings.remote.timeout)
+
+
+def agree(store: Store, shared: dict[str, Any]) -> None:
+    """Whoever comes first says which settings they are. Raises RunFolderError that names the first that differs."""
+    raw = store.get(SETTINGS, LARGEST)
+    if raw is None:
+        store.put(SETTINGS, json.dumps(shared, indent=2).encode())
+        return
+    try:
+        held = json.loads(raw)
+    except (ValueError, RecursionError):
+        raise RunFolderError("storage: its settings.json is broken. Remove it.") from None
+    differing = checkpoint.differences(held, json.loads(json.dumps(shared)))
+    if differing:
+        raise RunFolderError(f"storage: it is used with other settings: {differing[0]}. Robot and server need the "
+                             "same, and every run a place of its own.")
+
+
+def check(settings: Config) -> None:
+    """What a storage is given for. Raises ConfigError."""
+    opened(settings)
+    agent = build.agent(settings, build.scene(settings))
+    if not agent.learns or agent.on_policy:
+        why = "learns only from what it has just lived" if agent.learns else "does not learn"
+        raise ConfigError(f"agent={settings.agent.name} {why}, so no server can learn for it. "
+                          "agent=lbs_dreamer can be taught so.")
+    if not settings.loop.iterations:
+        raise ConfigError("loop.iterations=0 trains nothing.")

@@ -1,0 +1,82 @@
+"""The server's end of a storage, curionav train storage=URL [--follow]: learn from what arrives, publish weights.
+
+Its run folder is that of a life that was learned from here, with episodes, metrics, predictions and figures; beside
+them ledger.sqlite and quarantine/.
+"""
+
+from __future__ import annotations
+
+import sys
+import time
+from contextlib import ExitStack, closing
+from pathlib import Path
+from typing import Any
+
+from curionav_cli.agents.agent import Agent
+from curionav_cli.commands.explore import Exploration, draw
+from curionav_cli.commands.lifecycle import rooted, see_through
+from curionav_cli.commands.progress import Serving
+from curionav_cli.commands.recorder import Recorder
+from curionav_cli.commands.remote import agree, opened, say
+from curionav_cli.config.schema import Config
+from curionav_cli.errors import Unreachable
+from curionav_cli.loop import LearnHere, clocks, spent
+from curionav_cli.results.coverage import cover
+from curionav_cli.storage.courier import Time
+from curionav_cli.storage.inbox import Arrival, Inbox
+from curionav_cli.storage.ledger import Ledger
+from curionav_cli.storage.protocol import fingerprint
+from curionav_cli.storage.publisher import Publisher
+from curionav_cli.storage.replay import Replay
+from curionav_cli.storage.run_folder import RunFolder
+from curionav_cli.storage.trainer import Trainer
+
+
+def serve(settings: Config, folder: Path) -> RunFolder:
+    """Learn in `folder` from what arrives. Raises as train does."""
+    return see_through("train", Service(rooted(settings), folder))
+
+
+class Service(Exploration):
+    """A life that others live (lifecycle.Undertaking)."""
+
+    def __init__(self, settings: Config, folder: Path):
+        super().__init__(settings, folder)
+        self.total = sys.maxsize  # it is never known to be over
+        self.fixed["learner"] = "server"
+
+    def work(self, agent: Agent, first: int) -> None:
+        """From the episode after the first `first` to the last that comes, then the figures."""
+        run, loop = self.run, self.settings.loop
+        with ExitStack() as stack:
+            ledger = stack.enter_context(closing(Ledger(run.path / "ledger.sqlite")))
+            replay = stack.enter_context(closing(Replay.open(
+                run.episode_paths(), memory=loop.replay_memory * 1e9, folder=run.path)))
+            recorder = Recorder(run, None, agent, replay, self.fixed, cover(run.plan, run.poses()), Serving(first))
+            learn = LearnHere(agent, replay, loop.iterations, recorder, run.save_episode)
+            run.set_status(state="running", error=None, episode=first, **recorder.counts(), **recorder.usage())
+
+            def learned(position: int, arrival: Arrival) -> None:
+                began, marker = clocks(), arrival.marker
+                metrics = {**learn(position, arrival.episode), "seq": marker.seq, "weights_version": marker.weights}
+                recorder.lived(position, arrival.episode, {**metrics, **spent("learning", began, clocks())})
+
+            self.trainer(agent, ledger, learned, first).serve()
+            left = ledger.refused()
+        for name, reason in left.items():
+            say(f"episode {name} was not learned from: {reason}")
+        draw(run)
+
+    def trainer(self, agent: Agent, ledger: Ledger, learned: Any, first: int) -> Trainer:
+        """Raises RunFolderError where the storage is another run's."""
+        settings, remote, shared = self.settings, self.settings.remote, self.shared
+        store, mark, timing = opened(settings), fingerprint(shared), Time(time.monotonic, time.sleep)
+        inbox = Inbox(store, ledger, self.run.path / "quarantine", settings=mark, steps=settings.loop.steps,
+                      gap=remote.gap if remote.follow else 0, clock=timing.clock, say=say)
+        inbox.first = ledger.rewind(first)
+        try:
+            store.create()
+            agree(store, shared)
+        except Unreachable as error:
+            say(f"the storage is not reachable ({error})")
+        return Trainer(inbox, Publisher(store, ledger, mark, say), learned, agent.share, first, remote, timing, say)

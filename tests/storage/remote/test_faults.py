@@ -1,0 +1,297 @@
+"""What networks and servers do to robots, injected: nothing is lost, nothing is learned from twice, and the final
+weights are those of the undisturbed life (the numbers are those of the list of faults that this was designed by)."""
+
+from __future__ import annotations
+
+import shutil
+from pathlib import Path
+
+import pytest
+from storage.remote.bad_server import BadServer, Fault
+from storage.remote.conftest import Place, a_place, free_port
+from storage.remote.pair import Pair
+
+from curionav_cli.errors import RunFailed, Unreachable
+from curionav_cli.storage import checkpoint
+from curionav_cli.storage.ledger import Ledger
+from curionav_cli.storage.outbox import Outbox
+from curionav_cli.storage.protocol import MARKED, Pointer
+from curionav_cli.storage.store import Store, TooLarge
+
+
+@pytest.fixture
+def place(tmp_path: Path, nobody: None, monkeypatch: pytest.MonkeyPatch, request: pytest.FixtureRequest) -> Place:
+    """The bad server."""
+    return a_place("bad", request, tmp_path, monkeypatch)
+
+
+def four(pair: Pair) -> None:
+    """Four episodes, with a visit to the dock after each."""
+    pair.dock()
+    for seq in range(4):
+        pair.live(seq)
+        pair.dock()
+
+
+@pytest.mark.parametrize("part", [".npz", ".json"])
+@pytest.mark.parametrize("kind", ["truncate", "flip", "empty", "drop", "lose", "status"])
+def test_a_spoilt_upload_is_sent_again(pair: Pair, bad: BadServer, kind: str, part: str) -> None:
+    """31: truncated, flipped, empty, broken off, acknowledged and lost, refused: the episode or its marker."""
+    bad.faults.append(Fault(kind, part="episodes/000002-", times=0))
+    fault = bad.faults[0]
+    pair.dock()
+    for seq in range(4):
+        if seq == 2:
+            fault.part, fault.times = "episodes/000002-", 1 if part == ".npz" else 0
+            if part == ".json":
+                bad.faults.append(Fault(kind, part=".json", times=1))
+        pair.live(seq)
+        pair.dock()
+    assert pair.acting == pair.learned == pair.expected(0, 1, 2, 3)
+    assert pair.server.done == 4 and not pair.outbox.waiting() and pair.ledger.refused() == {}
+    assert not list((pair.folder / "server" / "quarantine").glob("*"))
+    assert pair.store().names("refused", MARKED) == []
+
+
+def test_a_flipped_bit_waits_in_quarantine_for_the_next_try(pair: Pair, bad: BadServer) -> None:
+    """Later episodes do not overtake it, so that the weights stay those of a life without faults."""
+    bad.faults.append(Fault("flip", part="000000-", times=1))
+    pair.server_works = False
+    for seq in range(3):
+        pair.live(seq)
+    pair.robot.exchange(pair.lived)
+    pair.serve()
+    [name] = pair.ledger.refused()
+    broken = (pair.folder / "server" / "quarantine" / f"{name}.npz").read_bytes()
+    good = pair.path(0).read_bytes()
+    assert len(broken) == len(good) and sum(a != b for a, b in zip(broken, good, strict=True)) == 1
+    assert pair.server.done == 0
+    assert "are not the" in pair.said["server"][0]
+    assert pair.said["server"][1].startswith("episode 1 is here and 0 is not")
+    pair.server_works = True
+    pair.dock()
+    assert pair.learned == pair.acting == pair.expected(0, 1, 2)
+    assert f"episode {name} came whole now" in pair.said["server"]
+
+
+def test_a_robot_that_reboots_in_the_middle_of_an_upload(pair: Pair, bad: BadServer) -> None:
+    """39: half of the episode is there, the marker is not."""
+    bad.faults.append(Fault("drop", part="000000-", times=2))  # obstore tries twice
+    pair.live(0)
+    with pytest.raises(Unreachable, match="the connection broke off"):
+        pair.robot.exchange(pair.lived)
+    assert [len(raw) < pair.path(0).stat().st_size for raw in bad.objects.values()] == [True]
+    pair.boot_robot()
+    pair.dock()
+    assert pair.acting == pair.expected(0)
+
+
+def test_spoilt_weights_are_written_again_and_never_acted_with(pair: Pair, bad: BadServer) -> None:
+    bad.faults += [Fault("truncate", part="safetensors", times=1), Fault("flip", part="LATEST", times=1)]
+    four(pair)
+    assert pair.acting == pair.expected(0, 1, 2, 3)
+    assert any("comes back as something else than was put there" in line for line in pair.said["server"])
+
+
+def test_weights_that_are_spoilt_on_the_way_are_not_acted_with(pair: Pair, bad: BadServer) -> None:
+    four(pair)
+    bad.faults.append(Fault("truncate", part="never", times=1))
+    pair.server_works = False
+    pair.live(4)
+    pair.robot.exchange(pair.lived)
+    pair.serve()
+    key = next(key for key in bad.objects if "/weights/000005" in key)
+    bad.objects[key] = bad.objects[key][:-1] + b"\0"
+    pair.dock()
+    assert "they are not what was announced" in pair.said["robot"][-1]
+    assert pair.acting == pair.expected(0, 1, 2, 3) and pair.robot.version == 4
+
+
+FAULTS = [
+    (Fault("status", "GET", times=99, status=503, code="SlowDown"), "it is not able to answer now"),
+    (Fault("status", times=99, status=507, code="InsufficientStorage"), "it is full"),
+    (Fault("status", times=99, status=403, code="AccessDenied"), "it refuses our key"),
+    (Fault("status", "GET", times=99, status=403, code="SignatureDoesNotMatch"), "it refuses our key"),
+    (Fault("status", "GET", times=99, status=403, code="RequestTimeTooSkewed"),
+     "it says that this machine's clock is wrong: set it"),
+    (Fault("status", "GET", times=99, status=404, code="NoSuchBucket"), "it has no such bucket"),
+    (Fault("status", "GET", times=99, status=418, code="Teapot"), "it answers Teapot"),
+]
+
+
+@pytest.mark.parametrize(("fault", "reason"), FAULTS, ids=[fault.code for fault, _ in FAULTS])
+def test_a_storage_that_refuses_is_told_by_its_reason_and_waited_for(
+        pair: Pair, bad: BadServer, fault: Fault, reason: str) -> None:
+    """34, 38: the robot goes on with what it has; when the fault is over, nothing was lost."""
+    pair.live(0)
+    pair.dock()
+    bad.faults.append(Fault(**vars(fault)))
+    pair.server_works = False
+    pair.live(1)
+    pair.dock()
+    assert pair.said["robot"] == [f"the storage is not reachable ({reason}): goes on with weights 1; "
+                                  f"{'1 episode' if fault.method == 'PUT' else '0 episodes'} to be delivered"]
+    bad.faults.clear()
+    pair.server_works = True
+    pair.live(2)
+    pair.dock()
+    assert pair.acting == pair.expected(0, 1, 2)
+
+
+def test_no_secret_is_in_what_is_told(pair: Pair, bad: BadServer) -> None:
+    """The bad server repeats the request, with its signature, in its answer."""
+    bad.faults.append(Fault("status", "GET", times=9, status=403, code="AccessDenied"))
+    with pytest.raises(Unreachable) as refused:
+        pair.store().get("x", 9)
+    assert str(refused.value) == "it refuses our key"
+    assert refused.value.__cause__ is None and refused.value.__suppress_context__
+
+
+def unreachable(monkeypatch: pytest.MonkeyPatch, endpoint: str, timeout: float = 5) -> str:
+    monkeypatch.setenv("AWS_ENDPOINT_URL", endpoint)
+    with pytest.raises(Unreachable) as error:
+        Store.at("s3://bucket/x", timeout).get("anything", 9)
+    return str(error.value)
+
+
+def test_nobody_there_no_such_name_and_too_slow_are_three_reasons(
+        place: Place, bad: BadServer, monkeypatch: pytest.MonkeyPatch) -> None:
+    bad.objects["bucket/x/anything"] = b"x" * 9
+    bad.faults.append(Fault("slow", "GET", times=9))
+    assert unreachable(monkeypatch, bad.endpoint, timeout=0.1) == "no answer in time"
+    assert unreachable(monkeypatch, f"http://127.0.0.1:{free_port()}") == "the connection was refused"
+    assert unreachable(monkeypatch, "http://no-such-host.invalid") == "its name is not known (DNS)"
+
+
+def test_a_storage_that_dies_and_comes_back(pair: Pair, bad: BadServer, monkeypatch: pytest.MonkeyPatch) -> None:
+    """34: the server's SIGKILL as its clients see it, with two episodes in between."""
+    pair.live(0)
+    pair.dock()
+    monkeypatch.setenv("AWS_ENDPOINT_URL", f"http://127.0.0.1:{free_port()}")
+    pair.server_works = False
+    pair.robot.store = dead = pair.store()
+    for seq in (1, 2):
+        pair.live(seq)
+        pair.dock()
+    assert [line.partition(": goes")[0] for line in pair.said["robot"]] == [
+        "the storage is not reachable (the connection was refused)"] * 2
+    monkeypatch.setenv("AWS_ENDPOINT_URL", bad.endpoint)
+    pair.robot.store, pair.server_works = pair.store(), True
+    assert dead is not pair.robot.store
+    pair.live(3)
+    pair.dock()
+    assert pair.acting == pair.expected(0, 1, 2, 3) and pair.robot.version == 4
+
+
+def test_a_full_outbox_stops_the_robot_and_loses_nothing(pair: Pair, bad: BadServer) -> None:
+    """36"""
+    bad.faults.append(Fault("status", times=10**6))
+    pair.server_works = False
+    with pytest.raises(RunFailed, match=r"The outbox is full: 6 episodes wait in .*\(remote\.outbox=6\), and the st"):
+        for seq in range(9):
+            pair.live(seq)
+            pair.dock()
+    assert len(pair.outbox.waiting()) == 6
+    bad.faults.clear()
+    pair.boot_robot()
+    pair.server_works = True
+    pair.dock()
+    assert pair.acting == pair.expected(*range(6))
+
+
+def test_a_full_disk_stops_the_robot_too(pair: Pair, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    usage = shutil.disk_usage(tmp_path)._replace(total=1000, used=801)
+    monkeypatch.setattr(shutil, "disk_usage", lambda path: usage)
+    outbox = Outbox(tmp_path / "box", pair.mark, most=9, share=0.8)
+    assert outbox.full() == ""  # nothing waits: it is not the outbox that fills it
+    pair.live(0)
+    outbox.add(0, pair.path(0), pair.episode(0), 0)
+    assert outbox.full() == f"the disk of {tmp_path / 'box'} is filled to 80% (remote.disk=0.8)"
+
+
+class Killed(BaseException):
+    """As SIGKILL, in this process: no `except Exception` holds it."""
+
+
+def die(*_: object) -> None:
+    raise Killed
+
+
+@pytest.mark.parametrize(("owner", "name", "after"), [
+    (Ledger, "take", False), (Ledger, "take", True), (Pair, "learn", False), (checkpoint, "flush", False),
+    (Pair, "learn", True), (Ledger, "publish", True), (Store, "put", False), (Store, "put", True),
+])
+def test_a_server_that_is_killed_at_any_boundary_ends_with_the_weights_of_the_quiet_life(
+        pair: Pair, monkeypatch: pytest.MonkeyPatch, owner, name: str, after: bool) -> None:
+    """33: five times, at the third episode first; each time it is started again on what is on the disk."""
+    pair.server_works = False
+    for seq in range(5):
+        pair.live(seq)
+    pair.robot.exchange(pair.lived)
+    plain, kills = getattr(owner, name), []
+
+    def deadly(*words: object, **named: object) -> object:
+        dies = pair.server.done >= 2 and len(kills) < 5
+        if dies and not after:
+            kills.append(1)
+            raise Killed
+        result = plain(*words, **named)
+        if dies:
+            kills.append(1)
+            raise Killed
+        return result
+
+    monkeypatch.setattr(owner, name, deadly)
+    for _ in range(9):
+        try:
+            pair.serve()
+        except Killed:
+            pair.ledger.close()
+            pair.boot_server()
+    assert len(kills) == (3 if (name, after) == ("learn", True) else 5) and pair.server.done == 5
+    assert pair.learned == pair.expected(0, 1, 2, 3, 4)
+    pair.dock()
+    assert pair.acting == pair.learned and pair.robot.version == 5
+
+
+def test_a_server_killed_between_weights_and_pointer_mends_the_pointer(pair: Pair, monkeypatch) -> None:
+    four(pair)
+    take = pair.robot.take_newest
+    pair.server_works = False
+    pair.live(4)
+    pair.robot.exchange(pair.lived)
+    with monkeypatch.context() as patched:
+        patched.setattr("curionav_cli.storage.publisher.written", die)  # what the pointer says
+        with pytest.raises(Killed):
+            pair.serve()
+    take(9)
+    assert pair.robot.version == 4
+    pair.boot_server()
+    pair.server.publish()
+    take(9)
+    assert pair.robot.version == 5 and pair.acting == pair.expected(*range(5))
+
+
+def test_two_servers_at_once_from_the_beginning_publish_the_same(pair: Pair, an_episode) -> None:
+    """35: both learn from the same, in the same order, so that it does no harm; the slower one then stops."""
+    second = Pair(pair.url, pair.folder / "second", an_episode)
+    pair.server_works = False
+    for seq in range(3):
+        pair.live(seq)
+    pair.robot.exchange(pair.lived)
+    pair.server.turn()
+    assert pair.learned == pair.expected(0)
+    second.serve()
+    pair.dock()
+    assert pair.acting == second.learned == pair.expected(0, 1, 2)
+    with pytest.raises(RunFailed, match="weights of version 3 that are not of this training"):
+        pair.serve()
+    second.ledger.close()
+
+
+def test_an_object_is_never_larger_in_memory_than_it_may_be(pair: Pair, bad: BadServer) -> None:
+    pair.store().put("large", b"x" * 1000)
+    with pytest.raises(TooLarge, match="1000 bytes, of at most 999"):
+        pair.store().get("large", 999)
+    assert pair.store().get("large", 1000) == b"x" * 1000
+    assert Pointer(3, "a" * 64, 1, "b" * 64, 2).key == "weights/000003-aaaaaaaaaaaaaaaa.safetensors"
