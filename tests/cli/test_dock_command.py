@@ -55,7 +55,7 @@ def test_a_killed_run_goes_on_to_the_same_homecomings(cli: Cli, tmp_path: Path) 
     ended = subprocess.run([sys.executable, "-c", KILLED, *words, "hydra.run.dir=torn"], env=environment,
                            cwd=tmp_path, capture_output=True)
     assert ended.returncode == -signal.SIGKILL, ended.stderr
-    assert sorted(os.listdir(tmp_path / "torn" / "checkpoint")) == ["000000", "000003"]
+    assert sorted(path.name for path in (tmp_path / "torn" / "checkpoint").iterdir()) == ["000000", "000003"]
     assert cli("resume", "torn").code == 0
     same = [(tmp_path / run / "metrics.jsonl").read_bytes() for run in ("whole", "torn")]
     assert same[0] == same[1]

@@ -24,7 +24,7 @@ from curionav_cli.robot.docking.nouns import (
     Phase,
 )
 from curionav_cli.robot.docking.recoveries import steps
-from curionav_cli.robot.homing import Homing, Way
+from curionav_cli.robot.homing import TICKS, Homing, Way
 from curionav_cli.robot.localiser import Localiser
 
 Ticks = Generator[None, None, None]
@@ -131,11 +131,11 @@ class Docking:
         self.homing.set_out(before(self.goal.dock, *place))
         while True:
             way = self.homing.tick()
-            self._count(self.homing.seconds / 3)
             if way is Way.arrived:
                 return
             if way is not Way.going:
                 raise Failed(Code.nav_timeout if way is Way.late else Code.nav_blocked)
+            self._count(self.homing.seconds / TICKS)
             yield
 
     def _approach(self) -> Ticks:
@@ -152,9 +152,9 @@ class Docking:
             if self.seconds - began > settings.attempt:
                 raise Failed(Code.approach_timeout, self.approach.state.value)
             speed, turn = self.approach.tick(self._signals, turned)
-            self.phase = Phase.approach if seen else Phase.acquire
             turned, bump = self._move(speed, turn)
             yield
+            self.phase = Phase.approach if seen else Phase.acquire
             if bump and self.approach.state is not State.bumped:
                 if (yield from self._contact()):
                     return
@@ -168,10 +168,10 @@ class Docking:
         """Against something: does current flow?"""
         self.phase = Phase.contact
         for _ in range(SETTLE):
-            if self.base.charging:
-                return True
             self._move(0.0, 0.0)
             yield
+            if self.base.charging:
+                return True
         return False
 
     def _charge(self) -> Ticks:

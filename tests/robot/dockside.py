@@ -1,0 +1,78 @@
+"""A real robot in the small room, at any place of it, with its docking server: for tests of homecomings."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from functools import cache
+from typing import Any
+
+import numpy as np
+
+from curionav_cli import build
+from curionav_cli.config.mistakes import Mistakes
+from curionav_cli.config.preflight import compose
+from curionav_cli.config.schema import Config
+from curionav_cli.config.sources import opened
+from curionav_cli.records import Pose
+from curionav_cli.robot.base import Base
+from curionav_cli.robot.body import Body
+from curionav_cli.robot.docking.nouns import Feedback, Goal
+from curionav_cli.robot.docking.server import Docking
+from curionav_cli.robot.homing import Homing
+from curionav_cli.robot.localiser import Localiser
+from curionav_cli.robot.occupancy import Occupancy
+from curionav_cli.world.scene import Scene
+
+
+@cache
+def composed(env: str = "small_room", robot: str = "turtlebot2i") -> tuple[Config, Scene]:
+    words = [f"env={env}", f"robot={robot}", "agent=bounce"]
+    with opened("dock") as hydra:
+        settings, _ = compose(hydra, Mistakes(hydra, words), words)
+    return settings, build.scene(settings)
+
+
+class Dockside:
+    """robot: body, base, localiser, map, server. at: (metres before the dock, to its left, degrees off facing it)."""
+
+    def __init__(self, at: tuple[float, float, float] = (1.0, 0.0, 0.0), believed: tuple[float, float] = (0.0, 0.0),
+                 seed: int = 0, **docking: Any):
+        settings, self.scene = composed()
+        self.profile = replace(settings.robot, docking=replace(settings.robot.docking, **docking))
+        dock = self.scene.dock
+        ahead = np.array([math.cos(dock.yaw), math.sin(dock.yaw)])
+        aside = np.array([-ahead[1], ahead[0]])
+        place = np.array(dock[:2]) + at[0] * ahead + at[1] * aside
+        wrong = believed[0] * ahead + believed[1] * aside
+        yaw = dock.yaw + math.pi + math.radians(at[2])
+        self.body = Body(self.profile, np.random.default_rng(seed))
+        self.body.enter(self.scene, Pose(float(place[0]), float(place[1]), yaw))
+        self.base = Base(self.body, dock, self.scene.plan.radius, self.profile, np.random.default_rng(seed + 1))
+        self.localiser = Localiser(self.profile, Pose(float(place[0] + wrong[0]), float(place[1] + wrong[1]), yaw))
+        self.map = Occupancy()
+        self.map.insert(self.localiser.pose, self.body.scan())
+        self.homing = Homing(self.base, self.localiser, self.map, self.scene.plan.radius, self.profile.step)
+        self.server = Docking(self.base, self.localiser, self.homing, self.profile.docking)
+
+    def ask(self, navigate: bool = True) -> Dockside:
+        self.server.request(Goal(self.scene.dock, navigate))
+        return self
+
+    def until(self, done, ticks: int = 9000) -> Feedback:
+        """Tick until done(feedback), or the goal has ended."""
+        for _ in range(ticks):
+            feedback = self.server.tick()
+            if self.server.code or done(feedback):
+                return feedback
+        raise AssertionError(f"nothing came of it in {ticks} ticks: {feedback}")
+
+    def ended(self) -> str:
+        """See the goal to its end: its code's name. The wheels stand still then, and stay so."""
+        self.until(lambda feedback: False)
+        assert self.base.velocity == (0.0, 0.0)
+        before = self.body.pose
+        self.server.tick()
+        assert self.body.pose == before and self.base.velocity == (0.0, 0.0)
+        assert self.server.code is not None
+        return self.server.code.name
