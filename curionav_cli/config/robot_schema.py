@@ -109,6 +109,21 @@ class ScanOdometry:
 
 
 @dataclass(frozen=True)
+class ScanToMap:
+    """A match on the own map: noise (m), sd of a return off its wall; position (m) and yaw (degrees): sd of what the
+    map itself is off by, which no number of returns makes less."""
+
+    noise: float
+    position: float
+    yaw: float
+
+    def __post_init__(self) -> None:
+        within("robot.scan_to_map.noise", self.noise, least=1e-4)
+        within("robot.scan_to_map.position", self.position, least=1e-4)
+        within("robot.scan_to_map.yaw", self.yaw, least=1e-3)
+
+
+@dataclass(frozen=True)
 class Filter:
     """dock_position (m), dock_yaw (degrees): how well it stands where it is put when an episode begins, and how well it
     knows that. gate: the share of good measurements that the filter lets in. patience: refusals in a row after which
@@ -143,6 +158,7 @@ class Turtlebot(Robot):
     lidar: Rays
     depth: Rays
     scan_odometry: ScanOdometry
+    scan_to_map: ScanToMap
     filter: Filter
     docking: Docking
 

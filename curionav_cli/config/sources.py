@@ -40,6 +40,7 @@ AGENTS = {
 ROBOTS = {
     "ideal": schema.Robot,
     "turtlebot2i": robot_schema.Turtlebot,
+    "turtlebot2i_plus": robot_schema.Turtlebot,
 }
 
 

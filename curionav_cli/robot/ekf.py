@@ -78,6 +78,19 @@ class Ekf:
         """Keep the pose of now in mind, and forget the one before."""
         self.mean, self.covariance = self.mean[REMEMBERED], self.covariance[REMEMBERED][:, REMEMBERED]
 
+    def spread_since(self) -> float:
+        """The variance (m^2) of the position as seen from the remembered pose, both directions together."""
+        jacobian = since_jacobian(self.mean)[:2]
+        return float(np.trace(jacobian @ self.covariance @ jacobian.T))
+
+    def forget(self) -> None:
+        """There is no remembered pose."""
+        self.mean, self.covariance = self.mean[:STATES], self.covariance[:STATES, :STATES]
+
+    @property
+    def remembers(self) -> bool:
+        return len(self.mean) > STATES
+
     def renew(self, state: int, sd: float) -> None:
         """A state has become another one, of which only the standard deviation is known."""
         self.mean[state] = 0.0

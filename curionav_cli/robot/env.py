@@ -17,6 +17,7 @@ from curionav_cli.robot.base import Base
 from curionav_cli.robot.body import Body
 from curionav_cli.robot.homecoming import Homecoming
 from curionav_cli.robot.localiser import Localiser
+from curionav_cli.robot.matcher import Surfaces
 from curionav_cli.robot.occupancy import Occupancy
 from curionav_cli.world.env import NavigationEnv, Observation
 from curionav_cli.world.motion import FORWARD, HEADINGS, LEFT, RIGHT, STEP
@@ -75,11 +76,11 @@ class RobotEnv(gymnasium.Wrapper):
         """Write what `load` needs to go on after the episode that was just lived."""
         state = {"episode": self._episode, "body": self.body.save(), "localiser": self.localiser.save()}
         (folder / "robot.json").write_text(json.dumps(state))
-        write_arrays(folder / "robot_map.npz", self.map.save())
+        write_arrays(folder / "robot_map.npz", self.map.save() | self.localiser.surfaces.save())
 
     def load(self, folder: Path) -> None:
         """Stand at the end of the saved episode: the next reset(seed=...) goes home from there."""
-        arrays = read_arrays(folder / "robot_map.npz", Occupancy.SAVED)
+        arrays = read_arrays(folder / "robot_map.npz", Occupancy.SAVED + Surfaces.SAVED)
         self._restored = {**read_json(folder / "robot.json"), "map": arrays}
 
     def _begin(self, seed: int) -> None:
@@ -89,7 +90,7 @@ class RobotEnv(gymnasium.Wrapper):
         if self._restored:
             self.body.load(self._restored["body"])
             self.body.around(self.env.scene.at(self._restored["episode"], seed)[0])
-            self.localiser.load(self._restored["localiser"])
+            self.localiser.load(self._restored["localiser"], self._restored["map"])
             self.map, self._episode = Occupancy.of(self._restored["map"]), self._restored["episode"]
 
     def _placed(self) -> Pose:

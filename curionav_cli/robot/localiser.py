@@ -10,11 +10,15 @@ import numpy as np
 
 from curionav_cli.config.robot_schema import Localisation, Turtlebot
 from curionav_cli.records import Pose
-from curionav_cli.robot.ekf import BIAS, SCALE, STATES, TURN, Ekf
-from curionav_cli.robot.sensed import Scan, Sensed, Shift
+from curionav_cli.robot.ekf import BIAS, SCALE, STATES, TURN, Ekf, motion_since
+from curionav_cli.robot.matcher import Surfaces
+from curionav_cli.robot.sensed import Scan, Sensed
 
 SPEED, RATE = 0.42, 0.3  # m/s and rad/s that a move may have had when a sensor was silent
 ANYWHERE = 10.0  # metres
+# Where matches are begun from by one that is unsure, and by one that is lost: metres ahead and aside, and radians.
+UNSURE, LOST = ((-0.2, -0.1, 0.0, 0.1, 0.2),), ((-0.4, -0.2, 0.0, 0.2, 0.4), (-0.3, 0.0, 0.3), (-0.2, 0.0, 0.2))
+BLURRED = 0.08  # metres; a scan is entered into the map where its pose is known better than that
 # Of the distance that the wheels rolled when the bumper got pressed, and when it already was: what was driven, and sd.
 TOUCHED, PUSHED = (0.3, 0.35), (0.0, 0.1)
 
@@ -65,6 +69,8 @@ class Localiser:
         """It leaves the dock, turned round or carried there: of its pose it keeps nothing but where the dock stands;
         the gyro was set to zero there but for a remainder, and the load is another."""
         profile = self.profile
+        self.filter.forget()
+        self.surfaces = Surfaces()
         self.filter.doubt(ANYWHERE, math.pi)
         self.fix(pose, profile.filter.dock_position, math.radians(profile.filter.dock_yaw))
         self.filter.renew(BIAS, math.radians(profile.gyro.bias))
@@ -72,12 +78,13 @@ class Localiser:
         self.filter.renew(TURN, profile.gyro.scale)
 
     def save(self) -> dict[str, Any]:
-        """All that `load` needs."""
+        """All that `load` needs, but for the surfaces, which are arrays."""
         return {"mean": self.filter.mean.tolist(), "covariance": self.filter.covariance.tolist(),
                 "rejected": self.filter.rejected, "lost": self.lost, "slips": self.slips, "stale": self.stale,
                 "bumped": self._bumped, "times": [self.time, self._scanned]}
 
-    def load(self, state: dict[str, Any]) -> None:
+    def load(self, state: dict[str, Any], surfaces: dict[str, np.ndarray]) -> None:
+        self.surfaces.load(surfaces)
         self.filter = Ekf(np.array(state["mean"]), np.array(state["covariance"]))
         self.filter.rejected, (self.time, self._scanned) = state["rejected"], state["times"]
         self.lost, self.slips, self.stale, self._bumped = (state[key] for key in ("lost", "slips", "stale", "bumped"))
@@ -105,22 +112,42 @@ class Localiser:
             self.stale += 1
             return
         self._scanned = scan.time
-        if self.profile.localisation is Localisation.scan_odometry:
-            if scan.shift is not None and len(self.filter.mean) > STATES:
-                self._shifted(scan.shift)
+        if self.profile.localisation is Localisation.scan_to_map:
+            self._lay(scan)
+        else:
+            if scan.shift is not None and self.filter.remembers:
+                self._weigh(*scan.shift)
             self.filter.remember()
 
-    def _shifted(self, shift: Shift) -> None:
-        """Weigh the motion that the scans tell against the one predicted; where they do not agree, wheels slip."""
+    def _lay(self, scan: Scan) -> None:
+        """On the map of this episode, whose origin is the remembered pose of its first scan: what that is off by
+        cannot be told from the map."""
+        if not self.filter.remembers:
+            self.filter.remember()
+        guess = Pose(*motion_since(self.filter.mean))
+        blurred = self.filter.spread_since() > BLURRED**2
+        around = LOST if self.lost else UNSURE if blurred else ((0.0,),)
+        match = self.surfaces.search(guess, scan, *around)
+        settings = self.profile.scan_to_map
+        floor = np.square([settings.position, settings.position, math.radians(settings.yaw)])
+        agreed = match is None or self._weigh(np.array(match.pose), match.variance(settings.noise) + np.diag(floor))
+        if agreed and self.filter.spread_since() < BLURRED**2:
+            self.surfaces.insert(Pose(*motion_since(self.filter.mean)), scan)
+
+    def _weigh(self, motion: np.ndarray, variance: np.ndarray) -> bool:
+        """The motion that the scans tell against the one predicted; where they do not agree, the wheels slipped."""
         gate = self.profile.filter.gate
-        if self.filter.update_motion(*shift, gate):
+        if self.filter.update_motion(motion, variance, gate):
             self.lost = False
-            return
+            return True
         self.slips += 1
         self.filter.slip(SPEED * self.profile.step)
-        if not self.filter.update_motion(*shift, gate) and self.filter.rejected >= self.profile.filter.patience:
+        self.filter.rejected -= 1  # a scan counts once
+        agreed = self.filter.update_motion(motion, variance, gate)
+        if self.filter.rejected >= self.profile.filter.patience:
             self._doubt()
             self.lost = True
+        return agreed
 
     def _doubt(self) -> None:
         settings = self.profile.filter
