@@ -51,7 +51,7 @@ class Homing:
 
     def set_out(self, goal: Pose) -> None:
         """A new goal, in the robot's frame."""
-        self.goal, self.way = goal, Way.going
+        self.goal, self.way = goal, Way.going  # where it leads in the end: self.plan.goal
         self._left = 0  # ticks of the present move
         self._forgot, self._idle = 0, 0
         self._replan()
@@ -97,7 +97,7 @@ class Homing:
     def _decide(self) -> None:
         """The next move, or the end."""
         pose = self.localiser.pose
-        away = math.hypot(self.goal.x - pose.x, self.goal.y - pose.y)
+        away = math.hypot(self.plan.goal[0] - pose.x, self.plan.goal[1] - pose.y)
         if self._time < 0.0:
             self.way = Way.late
         elif away < NEAR:

@@ -27,9 +27,11 @@ NEIGHBOURS = ((0, 1, 1.0), (1, 0, 1.0), (1, 1, 2.0 ** 0.5), (1, -1, 2.0 ** 0.5))
 
 @dataclass(frozen=True)
 class Plan:
-    """cost: (rows, columns) metres to the goal, dearer cells counted longer; inf where no way leads from."""
+    """cost: (rows, columns) metres to the goal, dearer cells counted longer; inf where no way leads from. goal (x, y):
+    where it leads, the nearest open cell where what was asked for is closed."""
 
     cost: np.ndarray
+    goal: tuple[float, float]
     corner: tuple[float, float]
     cell: float
 
@@ -73,7 +75,10 @@ def plan(occupancy: Occupancy, x: float, y: float, start: tuple[float, float] | 
     goal = nearest_open(price, row - low[0], column - low[1])
     cost = dijkstra(edges(price), directed=False, indices=goal).reshape(price.shape)
     corner = (occupancy.corner[0] + low[1] * occupancy.cell, occupancy.corner[1] + low[0] * occupancy.cell)
-    return Plan(cost * occupancy.cell, corner, occupancy.cell)
+    if not np.isfinite(price[row - low[0], column - low[1]]):
+        at_row, at_column = divmod(goal, price.shape[1])
+        x, y = corner[0] + (at_column + 0.5) * occupancy.cell, corner[1] + (at_row + 0.5) * occupancy.cell
+    return Plan(cost * occupancy.cell, (x, y), corner, occupancy.cell)
 
 
 def extent(known: np.ndarray, row: int, column: int) -> tuple[tuple[int, int], tuple[int, int]]:
