@@ -28,6 +28,7 @@ HESITATION = 0.01  # metres that a turn of 10 degrees must save
 FRESH, IDLE = 20, 45  # moves: until the next plan; without progress
 PROGRESS = 0.2  # metres
 NEAR, FACING = 0.12, math.radians(6.0)  # how well a place is reached
+NEARBY, TRIED = 0.4, 8  # metres that will do after so many moves without progress
 FORGOTTEN, RADII = 3, (0.4, 0.6, 1.0)  # how often, and how far around, the map is forgotten
 BACK = 0.12  # metres back after a bump
 
@@ -53,6 +54,7 @@ class Homing:
         """A new goal, in the robot's frame."""
         self.goal, self.way = goal, Way.going  # where it leads in the end: self.plan.goal
         self._left = 0  # ticks of the present move
+        self._side = 0  # of the turns since the last metre: it does not turn back and forth
         self._forgot, self._idle = 0, 0
         self._replan()
         self._best = self._cost()
@@ -100,7 +102,7 @@ class Homing:
         away = math.hypot(self.plan.goal[0] - pose.x, self.plan.goal[1] - pose.y)
         if self._time < 0.0:
             self.way = Way.late
-        elif away < NEAR:
+        elif away < NEAR or (away < NEARBY and self._idle > TRIED):
             self._face(wrapped(self.goal.yaw - pose.yaw))
         elif self._watch():
             self._go(pose, away)
@@ -144,8 +146,10 @@ class Homing:
             self._fresh, self._idle = 0, self._idle + IDLE // 3
             self._start(0.0, TURN)
         elif turn:
-            self._start(0.0, math.copysign(TURN, turn))
+            self._side = 1 if turn > 0 else -1
+            self._start(0.0, self._side * TURN)
         else:
+            self._side = 0
             self._start(min(STEP, away), 0.0)
 
     def _heading(self, pose: Pose, away: float) -> int | None:
@@ -156,6 +160,7 @@ class Homing:
         cost = cost + HESITATION * np.abs(TURNS)
         seen = np.abs(TURNS) <= SEEN
         cost[seen] = np.where(self._free(TURNS[seen] * TURN, min(STEP, away)), cost[seen], np.inf)
+        cost[self._side * TURNS < 0] = np.inf
         best = int(np.argmin(cost))
         return int(TURNS[best]) if math.isfinite(cost[best]) else None
 
