@@ -40,13 +40,15 @@ class RobotEnv(gymnasium.Wrapper):
         super().__init__(env)
         self.profile, self.pictures = profile, pictures
         self._restored: dict[str, Any] | None = None
+        self._seed: int | None = None
 
     def reset(self, *, seed: int | None = None,
               options: dict[str, Any] | None = None) -> tuple[Observation, dict[str, Any]]:
         """With a seed a life begins at the dock, or goes on where `load` put it; without one: home, and the next."""
-        if seed is not None:
-            self._begin(seed)
-        dock = self._home() if seed is None or self._restored else None
+        begins = seed is not None or self._seed is None
+        if begins:
+            self._begin(seed or 0)
+        dock = self._home() if self._restored or not begins else None
         self._restored = None
         _, info = self.env.reset(seed=seed, options=options)
         self._episode = info["episode"]

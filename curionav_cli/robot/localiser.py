@@ -130,6 +130,10 @@ class Localiser:
         match = self.surfaces.search(guess, scan, *around)
         settings = self.profile.scan_to_map
         floor = np.square([settings.position, settings.position, math.radians(settings.yaw)])
+        if match and not match.fits:
+            self.filter.rejected += 1
+            self._give_up()
+            return
         agreed = match is None or self._weigh(np.array(match.pose), match.variance(settings.noise) + np.diag(floor))
         if agreed and self.filter.spread_since() < BLURRED**2:
             self.surfaces.insert(Pose(*motion_since(self.filter.mean)), scan)
@@ -144,10 +148,14 @@ class Localiser:
         self.filter.slip(SPEED * self.profile.step)
         self.filter.rejected -= 1  # a scan counts once
         agreed = self.filter.update_motion(motion, variance, gate)
+        self._give_up()
+        return agreed
+
+    def _give_up(self) -> None:
+        """It is lost when too many scans in a row were refused."""
         if self.filter.rejected >= self.profile.filter.patience:
             self._doubt()
             self.lost = True
-        return agreed
 
     def _doubt(self) -> None:
         settings = self.profile.filter

@@ -30,11 +30,17 @@ BASIN = 0.5, math.radians(12.0)  # metres and radians: a match farther from what
 
 
 class Match(NamedTuple):
-    """A pose, the information (3, 3) about it if a return had unit variance, and the share of returns on walls."""
+    """A pose, the information (3, 3) about it if a return had unit variance, and the share of returns on walls, of
+    those in known squares."""
 
     pose: Pose
     information: np.ndarray
     share: float
+
+    @property
+    def fits(self) -> bool:
+        """Do enough of the returns lie on walls?"""
+        return self.share >= SHARE
 
     def variance(self, noise: float) -> np.ndarray:
         """Of the pose (3, 3), when a return is off its wall by `noise` metres (sd). A direction that few walls tell
@@ -65,19 +71,21 @@ class Surfaces:
         self._find_walls(square, left[free], below[free])
 
     def match(self, guess: Pose, scan: Scan) -> Match | None:
-        """Where the scan fits best, near the guess; None where too little of it lies on known walls."""
+        """Where the scan fits best, near the guess; None where too little is known to say."""
         own_x, own_y = points(scan)
-        pose, information, share = np.array(guess), np.zeros((3, 3)), 0.0
+        pose = np.array(guess)
         for number in range(ROUNDS):
             lever_x, lever_y = placed(Pose(0.0, 0.0, pose[2]), own_x, own_y)
             x, y = lever_x + pose[0], lever_y + pose[1]
             square = self._squares(x, y, lever_x, lever_y)[0]
             there = np.flatnonzero(self.known[square])
+            if len(there) < ENOUGH:
+                return None
             wall = self.walls[square[there]]
             away = wall[:, 2] * (x[there] - wall[:, 0]) + wall[:, 3] * (y[there] - wall[:, 1])
             near = np.abs(away) < (WIDE if number < FIRST else NARROW)
             if near.sum() < ENOUGH:
-                return None
+                return Match(guess, np.zeros((3, 3)), 0.0)
             normal, at = wall[near, 2:], there[near]
             slope = np.column_stack([normal, normal[:, 1] * lever_x[at] - normal[:, 0] * lever_y[at]])
             information, share = slope.T @ slope, near.sum() / len(there)
@@ -88,7 +96,7 @@ class Surfaces:
         found = Pose(float(pose[0]), float(pose[1]), wrapped(float(pose[2])))
         far = math.hypot(found.x - guess.x, found.y - guess.y), abs(wrapped(found.yaw - guess.yaw))
         inside = far[0] < BASIN[0] and far[1] < BASIN[1]
-        return Match(found, information, share) if inside and share >= SHARE else None
+        return Match(found, information, share if inside else 0.0)
 
     def search(self, guess: Pose, scan: Scan, ahead: Sequence[float], aside: Sequence[float] = (0.0,),
                turns: Sequence[float] = (0.0,)) -> Match | None:
@@ -97,7 +105,7 @@ class Surfaces:
         starts = [Pose(guess.x + cosine * a - sine * b, guess.y + sine * a + cosine * b, guess.yaw + turn)
                   for a in ahead for b in aside for turn in turns]
         found = [match for start in starts if (match := self.match(start, scan))]
-        return max(found, key=lambda match: match.information[0, 0] + match.information[1, 1], default=None)
+        return max(found, key=lambda match: match.fits * np.trace(match.information[:2, :2]), default=None)
 
     def save(self) -> dict[str, np.ndarray]:
         """What `load` needs: the squares that hold something."""
