@@ -12,7 +12,7 @@ class Recovery(Enum):
     """What is tried after a failed attempt, each followed by another attempt. Places are as believed.
 
     rescan: from where it stands. back_off, back_off_far: from 0.5 or 1 m farther out. sidestep_left, sidestep_right:
-    from 0.5 m to the dock's left or right. relocalise: a full turn for the map, then the staging pose again.
+    from 0.5 m to the dock's left or right. restage: from the staging pose again.
     search: from places in an arc, until infrared light is seen.
     """
 
@@ -21,7 +21,7 @@ class Recovery(Enum):
     back_off_far = "back_off_far"
     sidestep_left = "sidestep_left"
     sidestep_right = "sidestep_right"
-    relocalise = "relocalise"
+    restage = "restage"
     search = "search"
 
 

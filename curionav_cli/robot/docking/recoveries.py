@@ -15,7 +15,7 @@ PLACES: dict[Recovery, tuple[Place | None, ...]] = {
     Recovery.back_off_far: ((1.0, 0.0),),
     Recovery.sidestep_left: ((0.0, 0.5),),
     Recovery.sidestep_right: ((0.0, -0.5),),
-    Recovery.relocalise: ((0.0, 0.0),),
+    Recovery.restage: ((0.0, 0.0),),
     Recovery.search: ((0.5, 0.8), (0.5, -0.8), (1.0, 1.2), (1.0, -1.2), (1.5, 0.0)),
 }
 
