@@ -1,4 +1,4 @@
-"""Success follows from geometry: more error of the belief is not better, more recoveries are not worse; no coin flips."""
+"""Success follows from geometry: more error of belief is not better, more recoveries not worse; nothing is drawn."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ def test_the_same_seed_comes_home_the_same_way() -> None:
 
 
 def test_homing_and_docking_draw_no_numbers() -> None:
-    """Of the room's modules on the robot's side none has a generator: noise is the body's, missed frames the light's."""
+    """None of these modules has a generator: noise is the body's, missed frames are the light's."""
     room = Path(curionav_cli.__file__).parent / "robot"
     for path in [*room.glob("docking/*.py"), room / "homing.py", room / "planner.py", room / "station.py"]:
         names = {node.attr for node in ast.walk(ast.parse(path.read_text())) if isinstance(node, ast.Attribute)}
