@@ -13,6 +13,7 @@ from pathlib import Path
 
 import numpy as np
 
+from curionav_cli.commands import page
 from curionav_cli.commands.summary import a_console, print_columns, print_files, write_text
 from curionav_cli.commands.words import one_of, sorted_out
 from curionav_cli.errors import ConfigError, RunFolderError
@@ -29,6 +30,7 @@ from curionav_cli.results.comparison_tables import (
 )
 from curionav_cli.results.coverage import DENOMINATORS, RULES
 from curionav_cli.results.lives import Life, folders, read
+from curionav_cli.results.report import Picture
 from curionav_cli.results.tables import Row, comma_separated
 
 CHOICES: dict[str, tuple[str, ...]] = {
@@ -48,9 +50,8 @@ def run(words: list[str]) -> int:
                                      "curionav compare outputs/DATE/SWEEP"]))
     comparison = compare(lives)
     baseline = one_of("baseline", chosen["baseline"], list(comparison.arms)) if "baseline" in chosen else None
-    counted = f"{way[1]} cells, marked by {way[0]}"
     notes = [*estimates.notes(comparison, baseline), *lost]
-    report = Report(shlex.join(["curionav", "compare", *words]), comparison, baseline, counted, at, notes)
+    report = Report(shlex.join(["curionav", "compare", *words]), comparison, baseline, way, at, notes)
     folder = Path(chosen.get("out") or datetime.now().strftime("outputs/%Y-%m-%d/%H-%M-%S-%f_compare"))
     made = write(report, folder)
     console = a_console()
@@ -102,9 +103,13 @@ class Report:
     command: str
     comparison: Comparison
     baseline: str | None
-    counted: str
+    way: tuple[str, str]
     at: list[int]
     notes: list[str]
+
+    @property
+    def counted(self) -> str:
+        return f"{self.way[1]} cells, marked by {self.way[0]}"
 
     @cached_property
     def tables(self) -> list[Table]:
@@ -131,11 +136,13 @@ def draw(report: Report, folder: Path) -> list[str]:
         profiles = estimates.profiles(comparison, thresholds, np.random.default_rng(0))
         figures[estimates.ALL] = comparison_plots.over_all(
             comparison, look, pairs, base or next(iter(look)), report.rows("overall"), profiles, thresholds)
-    names = {env: f"figures/{re.sub('[^A-Za-z0-9.=-]+', '_', env)}.png" for env in figures}
+    figures["curves"] = comparison_plots.courses(comparison, look, report.counted)
+    names = {env: re.sub("[^A-Za-z0-9.=-]+", "_", env) for env in figures}
     (folder / "figures").mkdir(parents=True, exist_ok=True)
     for env, figure in figures.items():
-        plots.save(figure, folder / names[env])
-    return list(names.values())
+        plots.save(figure, folder / "figures" / f"{names[env]}.png")
+    best = page.draw_best(comparison, report.way, folder / "figures", names)
+    return [f"figures/{name}" for name in (*(f"{name}.png" for name in reversed(names.values())), *best)]
 
 
 def write(report: Report, folder: Path) -> list[str]:
@@ -147,4 +154,19 @@ def write(report: Report, folder: Path) -> list[str]:
              **{f"{table.name}.csv": comma_separated(table.rows) for table in report.tables}}
     for name, text in texts.items():
         write_text(folder / name, text)
-    return [*pictures, *texts]
+    shown = page.shoot(report.comparison, report.way, folder / "figures" / "film.webm")
+    films = {"figures/film.webm": shown} if shown else {}
+    captions = {**{name: caption(name) for name in pictures}, **films}
+    page.write(folder / "report.html", report.command, report.comparison, report.notes, report.tables,
+               [Picture(folder / name, words) for name, words in captions.items()], runs)
+    return ["report.html", *captions, *texts]
+
+
+def caption(name: str) -> str:
+    """What a figure shows, by its file."""
+    kind, _, env = Path(name).stem.partition("_")
+    if kind == "heatmaps":
+        return f"{env}: the run of each arm that covered most, visits to every cell; the blue square is the start."
+    return {"curves": "Visited cells over steps; the dotted line is all there are.",
+            estimates.ALL: "Over the runs of all environments."}.get(
+        Path(name).stem, f"{Path(name).stem}: coverage, the area under its curve, and paired differences.")

@@ -65,7 +65,8 @@ def see_through(command: str, task: Undertaking) -> RunFolder:
             if begun:
                 go_on(task, agent, found)
             else:
-                task.create(provenance.about(run.path, command, str(agent.device), task.settings.seed))
+                about = provenance.about(run.path, command, str(agent.device), task.settings.seed)
+                task.create({**about, "question": task.settings.question})
             task.work(agent, found[0] if found else 0)
             run.set_status(state="done")
         except BaseException as error:

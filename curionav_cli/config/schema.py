@@ -163,6 +163,7 @@ class Config:
     device: Device
     compile: Compile
     scale: Scale
+    question: str | None  # what the sweep is to answer, in a sentence; its report begins with it
     data: str | None  # the folder whose episodes `train` learns from
     learner: Learner
     storage: str | None  # a URL: where robot and server meet

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import partial
 from textwrap import fill
 
 import numpy as np
@@ -12,8 +13,8 @@ from matplotlib.ticker import EngFormatter, MaxNLocator
 
 from curionav_cli.results.comparison import Comparison, Field
 from curionav_cli.results.estimates import ALL
-from curionav_cli.results.plots import Look
-from curionav_cli.results.statistics import Estimate, mean_interval
+from curionav_cli.results.plots import MAXIMUM, Look
+from curionav_cli.results.statistics import Estimate, mean_interval, mean_of_means
 from curionav_cli.results.tables import Row
 
 POINTS = 200  # of a drawn curve
@@ -62,6 +63,61 @@ def over_all(comparison: Comparison, look: dict[str, Look], pairs: Sequence[Row]
     return figure
 
 
+def courses(comparison: Comparison, look: dict[str, Look], meaning: str) -> Figure:
+    """The paper's figure of the apartments: visited cells in each environment, their maximum dotted, and the mean share
+    over all environments in which every arm lived, up to the end of the shortest."""
+    drawn = len(comparison.fields) + bool(comparison.common[1:])
+    across = min(drawn, 4)
+    figure = Figure((0.6 + 3.3 * across, 0.5 + 3.0 * -(-drawn // across)), layout="constrained")
+    all_axes = list(figure.subplots(-(-drawn // across), across, squeeze=False).flat)
+    for letter, axes, field in zip("abcdefgh", all_axes, comparison.fields):
+        draw_cells(axes, field, {arm: look[arm] for arm in field.arms})
+        axes.set_title(f"{letter}  {field.env}", loc="left")
+    if comparison.common[1:]:
+        draw_mean(all_axes[drawn - 1], comparison.common, look)
+        all_axes[drawn - 1].set_title(f"{'abcdefgh'[drawn - 1]}  over all runs", loc="left")
+    for axes in all_axes[drawn:]:
+        axes.set_axis_off()
+    handles = {label: line for axes in all_axes for line, label in zip(*axes.get_legend_handles_labels())}
+    figure.legend(list(handles.values()), list(handles), loc="outside lower center", ncols=4)
+    figure.suptitle(fill(f"{meaning}: mean, 95 % t interval, and every seed", 46 * across), fontsize=9)
+    return figure
+
+
+def draw_cells(axes: Axes, field: Field, look: dict[str, Look]) -> None:
+    """Visited cells on the left, their share on the right, and how many there are as a dotted line."""
+    steps, cells = moments(field.horizon), next(iter(field.arms.values()))[0].curve.total
+    for arm in look:
+        visited = cells * field.shares(arm, steps)
+        axes.plot(steps, visited.T, color=look[arm].color, linewidth=0.4, alpha=0.5)
+        draw_line(axes, steps, mean_interval(visited), arm, look)
+    axes.axhline(cells, color=MAXIMUM, linestyle=":", linewidth=1.4)
+    axes.set(xlabel="steps", ylabel=f"visited of {cells:,} cells", xlim=(0, field.horizon), ylim=(0, 1.04 * cells))
+    axes.xaxis.set_major_formatter(EngFormatter(sep=""))
+    axes.yaxis.set_major_formatter(EngFormatter(sep=""))
+    share = axes.secondary_yaxis("right", functions=(partial(np.multiply, 100 / cells),
+                                                     partial(np.multiply, cells / 100)))
+    share.set_ylabel("share (%)")
+
+
+def draw_mean(axes: Axes, fields: Sequence[Field], look: dict[str, Look]) -> None:
+    """The mean over environments of the mean over seeds, as a share."""
+    horizon = min(field.horizon for field in fields)
+    steps = moments(horizon)
+    for arm in look:
+        shares = [100 * field.shares(arm, steps) for field in fields]
+        each = [mean_of_means([one[:, step] for one in shares]) for step in range(len(steps))]
+        draw_line(axes, steps, Estimate(*np.array(each).T), arm, look)
+    axes.axhline(100, color=MAXIMUM, linestyle=":", linewidth=1.4)
+    axes.set(xlabel="steps", ylabel="mean share of the cells (%)", xlim=(0, horizon), ylim=(0, 104))
+    axes.xaxis.set_major_formatter(EngFormatter(sep=""))
+
+
+def moments(horizon: int) -> np.ndarray:
+    """The steps at which a curve is drawn."""
+    return np.unique(np.linspace(0, horizon, POINTS + 1).astype(int))
+
+
 def panels(title: str, look: dict[str, Look]) -> tuple[Figure, list[Axes]]:
     """Three axes: a square one, and two with a row for each arm, named once; the arms' names below."""
     figure = Figure((8.6, max(2.9, 1.5 + 0.36 * len(look))), layout="constrained")
@@ -81,7 +137,7 @@ def panels(title: str, look: dict[str, Look]) -> tuple[Figure, list[Axes]]:
 
 def draw_curves(axes: Axes, field: Field, look: dict[str, Look]) -> None:
     """The mean of every arm over its seeds with a pointwise interval, and every seed as a thin line."""
-    steps = np.unique(np.linspace(0, field.horizon, POINTS + 1).astype(int))
+    steps = moments(field.horizon)
     for arm in look:
         shares = 100 * field.shares(arm, steps)
         axes.plot(steps, shares.T, color=look[arm].color, linewidth=0.4, alpha=0.5)

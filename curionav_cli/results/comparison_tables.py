@@ -23,6 +23,13 @@ PAIRS = (("env", "env", "{}"), ("arm", "arm", "{}"), ("minus", "minus", "{}"), (
          ("difference of the area", "difference", "{:+#.3g}"), ("p", "p", "{:.2g}"),
          ("probability of improvement", "improvement", "{:.2f}"))
 
+RUNS = (("env", "env", "{}"), ("arm", "arm", "{}"), ("seed", "seed", "{:,}"), ("state", "state", "{}"),
+        ("coverage", "coverage", "{:.1%}"), ("area", "area_under_curve", "{:#.3g}"), ("steps", "steps", "{:,}"),
+        ("to 50 %", "steps_to_50", "{:,}"), ("to 80 %", "steps_to_80", "{:,}"), ("to 90 %", "steps_to_90", "{:,}"),
+        ("CPU s", "cpu_seconds", "{:,.1f}"), ("left out", "left_out", "{}"), ("gaps", "gaps", "{}"),
+        ("error", "error", "{}"), ("folder", "folder", "{}"))
+VERSIONS = (("what", "what", "{}"), ("value", "value", "{}"), ("runs", "n", "{:,}"))
+
 
 class Table(NamedTuple):
     """name: of its file; title: what it shows, in a line or two."""
@@ -61,6 +68,14 @@ def settings_table(comparison: Comparison) -> Table:
                  for arm, value in values.items()]
     columns = (("setting", "setting", "{}"), ("arm", "arm", "{}"), ("value", "value", "{}"))
     return Table("settings", "Settings in which arms of one agent differ.", columns, rows)
+
+
+def run_table(rows: Sequence[Row]) -> Table:
+    return Table("runs", "Every run, those that were left out too.", RUNS, rows)
+
+
+def version_table(rows: Sequence[Row]) -> Table:
+    return Table("versions", "With what the runs were made.", VERSIONS, rows)
 
 
 def markdown(command: str, notes: Sequence[str], parts: Sequence[Table], figures: Sequence[str]) -> str:

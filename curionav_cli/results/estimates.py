@@ -107,7 +107,7 @@ def notes(comparison: Comparison, baseline: str | None) -> Iterator[str]:
         yield from (f"GAP: {gap}" for gap in life.gaps)
         if life not in comparison.left_out and life.state != "done":
             env, arm = comparison.names[life]
-            yield f"Not finished ({life.state}), but long enough: {env}, {arm}, seed {life.seed}."
+            yield f"Not finished ({life.state}), but long enough: {env}, {arm}, seed {life.seed}. {life.error}".rstrip()
     for field in comparison.fields:
         longest = max(life.steps for life, (env, _) in comparison.names.items() if env == field.env)
         if longest > field.horizon:

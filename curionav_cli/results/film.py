@@ -20,7 +20,7 @@ from curionav_cli.errors import RunFolderError
 from curionav_cli.records import Episode, FloorPlan, write_whole
 from curionav_cli.results.plots import START, picture_of
 
-SIDE = 256  # pixels: the camera's picture is enlarged four times
+SIDE = 192  # pixels: the camera's picture is enlarged three times
 FRAMES_A_SECOND = 20  # steps
 VP8 = int.from_bytes(b"VP80", "little")
 INK, PATH, ROBOT = (17, 24, 39), (11, 95, 165), (194, 65, 12)
@@ -28,15 +28,18 @@ FINE = 8  # of OpenCV's fractions of a pixel, in bits
 TRACK = b"\x73\xc5\x88"  # Matroska's TrackUID, eight random bytes behind it
 
 
-def frames(plan: FloorPlan, episode: Episode, name: str) -> Iterator[np.ndarray]:
-    """(SIDE, any even, 3) uint8 RGB for each of T+1 poses."""
+def frames(plan: FloorPlan, episode: Episode, name: str, every: int = 1) -> Iterator[np.ndarray]:
+    """(SIDE, any even, 3) uint8 RGB for every n-th of T+1 poses, the first one too."""
     view = View(plan)
     for step, (image, pose) in enumerate(zip(episode.image, episode.pose, strict=True)):
+        above = view.at(pose)
+        if step % every:
+            continue
         seen = cv2.resize(image, (SIDE, SIDE), interpolation=cv2.INTER_LINEAR)
         seen[-20:] = INK
-        cv2.putText(seen, f"{name}, step {step} of {len(episode)}", (8, SIDE - 6), cv2.FONT_HERSHEY_SIMPLEX, 0.4,
+        cv2.putText(seen, f"{name}, step {step} of {len(episode)}", (6, SIDE - 6), cv2.FONT_HERSHEY_SIMPLEX, 0.36,
                     (255, 255, 255), 1, cv2.LINE_AA)
-        yield np.concatenate([seen, view.at(pose)], axis=1)
+        yield np.concatenate([seen, above], axis=1)
 
 
 class View:

@@ -41,7 +41,7 @@ OTHERS = (  # for agents of other names, and for all but the first arm of one ag
     Look("#4d7c0f", (0, (9, 3)), "*"), Look("#a21caf", (0, (4, 2, 1, 2, 1, 2)), "h"), Look("#0284c7", (0, (2, 1)), "d"),
     Look("#92400e", (0, (10, 2, 1, 2)), "8"),
 )
-SOLID, START = "#4b5563", "#1d4ed8"
+SOLID, START, MAXIMUM = "#4b5563", "#1d4ed8", "#b91c1c"
 VISITS = ListedColormap(matplotlib.colormaps["inferno_r"](np.linspace(0.15, 1, 256)))  # visible on white
 DRAWN = 140  # about so many squares along the longer side of a building
 matplotlib.rcParams.update({
@@ -178,9 +178,9 @@ def draw_curves(axes: Axes, runs: Sequence[Run], title: str) -> None:
                   label=None if run.agent in named else run.agent)
         named.add(run.agent)
     total = max(run.coverage.total for run in runs)
-    axes.axhline(total, color="#b91c1c", linestyle=":", linewidth=1.4)
+    axes.axhline(total, color=MAXIMUM, linestyle=":", linewidth=1.4)
     axes.annotate(f"{total:,} {runs[0].denominator} cells", (0.01, total), xycoords=("axes fraction", "data"),
-                  xytext=(0, -11), textcoords="offset points", color="#b91c1c")
+                  xytext=(0, -11), textcoords="offset points", color=MAXIMUM)
     axes.set(title=title, xlabel="steps", ylabel=f"visited cells ({runs[0].rule})", ylim=(0, total * 1.04),
              xlim=(0, max(run.curve.steps for run in runs)))
     axes.xaxis.set_major_formatter(EngFormatter(sep=""))

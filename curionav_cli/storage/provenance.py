@@ -13,6 +13,8 @@ from typing import Any
 
 import yaml
 
+from curionav_cli.storage.run_folder import LOADER
+
 PACKAGES = ("curionav", "numpy", "torch", "gymnasium", "hydra-core", "opencv-python-headless")
 
 
@@ -33,6 +35,17 @@ def about(folder: Path, command: str, device: str, seed: int) -> dict[str, Any]:
         "machine": platform.machine(), "cores": os.cpu_count(), "threads": os.environ.get("OMP_NUM_THREADS"),
         **commit(),
     }
+
+
+def sweep_command(folder: Path) -> str:
+    """What was typed for the sweep in `folder`; empty where there is none that can be read."""
+    try:
+        noted = yaml.load((folder / "multirun.yaml").read_text(), LOADER)["hydra"]
+        words = [*noted["overrides"]["task"], *(word for word in noted["overrides"]["hydra"]
+                                                if not word.startswith(("hydra.mode", "hydra.sweep.dir='")))]
+        return shlex.join(["curionav", noted["job"]["name"], "-m", *words])
+    except (OSError, yaml.YAMLError, KeyError, TypeError):
+        return ""
 
 
 def commit() -> dict[str, Any]:

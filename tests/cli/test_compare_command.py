@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import json
 import shutil
+from base64 import b64encode
 from pathlib import Path
 
 import pytest
@@ -46,10 +47,14 @@ def test_a_sweep_becomes_figures_and_tables_and_the_same_again(cli: Cli, a_sweep
     [pair, _] = rows(tmp_path / "one" / "pairs.csv")
     assert (pair["arm"], pair["minus"], pair["n"], pair["p"]) == ("bounce", "random", "2", "0.5")
     page = (tmp_path / "one" / "comparison.md").read_text()
+    film = (tmp_path / "one" / "figures" / "film.webm").read_bytes()
+    assert film[:4] == b"\x1a\x45\xdf\xa3"
+    assert b64encode(film).decode() in (tmp_path / "one" / "report.html").read_text()
     assert "curionav compare sweep out=one" in page and "| small_room | bounce | 2 |" in page
     assert cli("compare", "sweep", "out=two", "baseline=random", "at=20").code == 0
     names = sorted(str(path.relative_to(tmp_path / "one")) for path in (tmp_path / "one").rglob("*.*"))
-    assert {"figures/small_room.png", "figures/small_room.pdf", "figures/all.png", "comparison.tex"} <= set(names)
+    assert {"figures/small_room.png", "figures/small_room.pdf", "figures/all.png", "comparison.tex",
+            "figures/curves.pdf", "figures/heatmaps_small_room.png"} <= set(names)
     for name in names:
         one, two = ((tmp_path / turn / name).read_bytes() for turn in ("one", "two"))
         assert one.replace(b"out=one", b"out=two") == two, name
@@ -75,7 +80,9 @@ def test_what_is_wrong_is_said_and_the_rest_shown(cli: Cli, a_sweep: Path, tmp_p
                  "Not finished (failed), but long enough: small_room, bounce, seed 0"):
         assert len([line for line in lines if said in line]) == 1, (said, answer.out)
     assert len(rows(tmp_path / "out" / "runs.csv")) == 3 and len(rows(tmp_path / "out" / "arms.csv")) == 1
-    assert "did not begin" in (tmp_path / "out" / "comparison.md").read_text()
+    for page in ("comparison.md", "report.html"):
+        text = (tmp_path / "out" / page).read_text()
+        assert "did not begin" in text and "it broke" in text and "There is no folder nowhere." in text
 
 
 @pytest.mark.parametrize(("words", "said"), [

@@ -1,0 +1,96 @@
+"""report.html: everything that a comparison found, on one page that can be sent to somebody."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from curionav_cli.commands.summary import write_text
+from curionav_cli.errors import RunFolderError
+from curionav_cli.records import Episode, read_json
+from curionav_cli.results import film, plots, report
+from curionav_cli.results.comparison import Comparison, Field
+from curionav_cli.results.comparison_tables import Table, run_table, version_table
+from curionav_cli.results.lives import Life
+from curionav_cli.results.report import Picture, Section
+from curionav_cli.results.runs import Run
+from curionav_cli.results.tables import Row
+from curionav_cli.storage import provenance
+from curionav_cli.storage.run_folder import RunFolder
+
+EVERY = 2  # steps of a film that many people load
+MADE_WITH = ("curionav", "git_commit", "git_changed", "python", "numpy", "torch", "gymnasium", "opencv-python-headless",
+             "device", "engine", "machine", "cores", "threads")
+
+
+def best_runs(field: Field, way: tuple[str, str]) -> list[Run]:
+    """Of each arm the run that covered most, counted by this marking rule and denominator."""
+    found = []
+    for arm, lives in field.arms.items():
+        best = max(lives, key=lambda life: (life.curve.at(field.horizon), life.curve.until(field.horizon).area()))
+        found.append(Run(RunFolder(best.folder), *way, arm.removeprefix(best.agent)))
+    return found
+
+
+def draw_best(comparison: Comparison, way: tuple[str, str], figures: Path, names: dict[str, str]) -> list[str]:
+    """The heatmaps of the best runs side by side, a figure for each environment; their names in the folder."""
+    made = []
+    for field in comparison.fields:
+        plots.save(plots.heatmaps(best_runs(field, way)), figures / f"heatmaps_{names[field.env]}.png")
+        made.append(f"heatmaps_{names[field.env]}.png")
+    return made
+
+
+def shoot(comparison: Comparison, way: tuple[str, str], path: Path) -> str:
+    """A film of the last episode of the best run in the first environment; what it shows. Empty: nothing to film."""
+    best = max(best_runs(comparison.fields[0], way), key=lambda run: run.coverage.visited)
+    try:
+        episode = Episode.load(best.episodes[-1])
+    except RunFolderError:
+        return ""
+    film.write(film.frames(best.plan, episode, f"episode {len(best.episodes) - 1}", EVERY), path)
+    return f"{best.label}: its last episode, from within and from above."
+
+
+def write(path: Path, command: str, comparison: Comparison, notes: Sequence[str], tables: Sequence[Table],
+          pictures: Sequence[Picture], rows: Sequence[Row]) -> None:
+    """The page. rows: one for each run."""
+    about = [made(life) for life in comparison.names]
+    curves = [one for one in pictures if not one.path.name.startswith("heatmaps") and one.path.suffix == ".png"]
+    maps = [one for one in pictures if one not in curves]
+    settings = [report.table(one) for one in tables if one.name == "settings"]
+    numbers = [report.table(one) for one in tables if one.name != "settings"]
+    page = report.page(
+        f"{', '.join(comparison.arms)} in {', '.join(field.env for field in comparison.fields)}",
+        " ".join(dict.fromkeys(str(one["question"]) for one in about if one.get("question"))),
+        [Section("What to know", report.notes(notes)),
+         Section("Curves", [report.picture(one) for one in curves]),
+         Section("Heatmaps", [report.picture(one) for one in maps]),
+         Section("Tables", numbers), Section("What differs", settings),
+         Section("Runs", [report.table(run_table(rows))]),
+         Section("Made by", report.commands([*sweeps(list(comparison.names)), command])
+                 + [report.table(version_table(versions(about)))])])
+    write_text(path, page)
+
+
+def made(life: Life) -> dict[str, Any]:
+    """run.json; {} where it cannot be read."""
+    try:
+        return read_json(life.folder / "run.json")
+    except RunFolderError:
+        return {}
+
+
+def sweeps(lives: Sequence[Life]) -> list[str]:
+    """The command of each sweep once; of a run that is in none, its own."""
+    commands = (provenance.sweep_command(life.folder.resolve().parent) or str(made(life).get("command", ""))
+                for life in lives)
+    return [command for command in dict.fromkeys(commands) if command]
+
+
+def versions(about: Sequence[dict[str, Any]]) -> list[Row]:
+    """What the runs were made with, and how many by each."""
+    return [{"what": key, "value": str(value), "n": n} for key in MADE_WITH
+            for value, n in Counter(one.get(key) for one in about).items() if value is not None]
