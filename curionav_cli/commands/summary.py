@@ -74,6 +74,7 @@ def show_sweep(root: Path, folders: Sequence[Path], console: Console) -> None:
     on = f"curionav resume {shlex.quote(str(root))}"
     done = all(row["state"] == "done" for row in rows)
     print_next(console, [f"{on} loop.episodes=50   (the same runs, longer)" if done else on,
+                         f"curionav compare {shlex.quote(str(root))}   (how sure it is, and report.html)",
                          "curionav explore -m agent=lbs_dreamer,random,bounce seed=0,1,2,3,4 launcher=cores",
                          "curionav explore --help   (every setting)"])
 
