@@ -163,7 +163,6 @@ class Config:
     device: Device
     compile: Compile
     scale: Scale
-    question: str | None  # what the sweep is to answer, in a sentence; its report begins with it
     data: str | None  # the folder whose episodes `train` learns from
     learner: Learner
     storage: str | None  # a URL: where robot and server meet
@@ -173,6 +172,7 @@ class Config:
     agent: Any
     robot: Any
     dock: Dock = field(default_factory=Dock)
+    question: str | None = None  # what a sweep is to answer, in a sentence: the page that compare writes begins with it
 
     def __post_init__(self) -> None:
         within("seed", self.seed, least=0, most=2**32 - 1)
