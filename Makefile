@@ -14,11 +14,46 @@ ROOM = env=small_room $(if $(filter smoke,$(SCALE)),$(SMOKE),'seed=range(5)' loo
 FLAT = env=apartment_0 $(if $(filter smoke,$(SCALE)),$(SMOKE),'seed=range(5)' loop.episodes=100)
 WANDERERS = agent=random,sticky,bounce,frontier
 
-.PHONY: help setup explore controls test lint clean
+
+# make figures: every figure and table of the paper. Each line that it prints can be typed as it stands, and goes on
+# where it was interrupted; a sweep that is whole is not run again.
+FIG = outputs/figures/$(SCALE)
+RUNS = $(FIG)/runs
+CURIONAV = .venv/bin/curionav
+LIVE = $(CURIONAV) explore launcher=cores
+COUNT = marking=landing denominator=visitable
+ifeq ($(SCALE),smoke)
+  OURS = $(THEIRS)
+  THEIRS = 'seed=range(2)' $(TINY)
+  SMALL = $(TINY)
+  LARGE = $(TINY)
+  MANY = 'seed=range(2)' $(TINY)
+  TINY = loop.episodes=2 loop.steps=100 loop.iterations=2
+else ifeq ($(SCALE),paper)
+  OURS = scale=paper loop.episodes=4000
+  THEIRS = scale=paper loop.episodes=10000
+  SMALL = scale=paper loop.episodes=1000
+  LARGE = scale=paper loop.episodes=1200
+  MANY = scale=paper loop.episodes=4000
+else
+  OURS = loop.episodes=100
+  THEIRS = loop.episodes=100
+  SMALL = loop.episodes=100
+  LARGE = loop.episodes=100
+  MANY = loop.episodes=100
+endif
+SWEEPS = ours theirs small large
+FIGURES = figure-apartments figure-small-room figure-large-lab figure-predictions figure-best figure-scenes
+TABLES = table-hyperparameters table-sizes
+
+.PHONY: help setup explore controls test lint clean figures cost comparison paper-vs-ours $(FIGURES) $(TABLES)
 
 help:
 	@echo "make explore   set up, then watch LBS Dreamer explore a room, beside random and bounce"
 	@echo "make controls  does surprise beat its controls? hours; SCALE=smoke: minutes, to see that it works"
+	@echo "make figures   every figure and table of the paper: SCALE=smoke minutes, cpu days, paper weeks on a GPU"
+	@echo "               one of them: make $(FIGURES) $(TABLES)"
+	@echo "make comparison  ours, C-BET and the baselines: SCALE=cpu, five seeds, hours"
 	@echo "make test      set up, then run the tests"
 	@echo "make setup     virtual environment in .venv, versions pinned by constraints.txt"
 	@echo "make lint      ruff and mypy"
@@ -43,6 +78,58 @@ controls: $(READY)
 	$(SWEEP) $(FLAT) $(WANDERERS) hydra.sweep.dir=$(CONTROLS)/flat_wanderers
 	$(SWEEP) $(FLAT) experiment=curiosity_controls agent.curiosity=lbs,picture_count,shuffled hydra.sweep.dir=$(CONTROLS)/flat_learners
 	.venv/bin/curionav compare $(CONTROLS)/room_* $(CONTROLS)/flat_* out=$(CONTROLS)/compare
+
+figures: cost $(FIGURES) $(TABLES) paper-vs-ours
+
+# Disk: about 6 kB a step. Time at scale=cpu: 25 CPU-seconds an episode of a learner and 2 of robot=turtlebot2i.
+cost:
+ifeq ($(SCALE),paper)
+	@echo "SCALE=paper lives 15 x 2 M steps of ours, 15 x 5 M of C-BET and 1.6 M of the robot: 106.6 M steps in 213 200"
+	@echo "episodes. Disk: about 640 GB in $(FIG). Time: 3 ms a step is 90 hours of acting on one core, and"
+	@echo "the 6.3 M updates of ours take as long as the GPU does (benchmarks/RESULTS.md): at 0.1 s each 175 hours."
+else ifeq ($(SCALE),cpu)
+	@echo "SCALE=cpu lives 33 runs of 100 episodes, 1.65 M steps. Disk: about 10 GB in $(FIG). Time: some 20 hours"
+	@echo "on two cores. Any of the targets can be made alone, and Ctrl-C loses nothing but the running episode."
+endif
+
+$(RUNS)/ours/.done: EXPERIMENT = experiment=apartments agent=lbs_dreamer $(OURS)
+$(RUNS)/theirs/.done: EXPERIMENT = experiment=apartments agent=cbet $(THEIRS)
+$(RUNS)/small/.done: EXPERIMENT = experiment=real_small $(SMALL)
+$(RUNS)/large/.done: EXPERIMENT = experiment=real_large $(LARGE)
+$(RUNS)/many/.done: EXPERIMENT = experiment=comparison $(MANY)
+$(RUNS)/%/.done: | $(READY)
+	$(LIVE) $(EXPERIMENT) hydra.sweep.dir=$(@D)
+	@touch $@
+
+figure-apartments: $(RUNS)/ours/.done $(RUNS)/theirs/.done
+	$(CURIONAV) compare $(RUNS)/ours $(RUNS)/theirs baseline=cbet out=$(FIG)/apartments
+
+figure-small-room: $(RUNS)/small/.done
+	$(CURIONAV) coverage $(RUNS)/small $(COUNT) out=$(FIG)/small_room
+
+figure-large-lab: $(RUNS)/large/.done
+	$(CURIONAV) coverage $(RUNS)/large $(COUNT) out=$(FIG)/large_lab
+
+figure-predictions: $(RUNS)/ours/.done $(RUNS)/small/.done $(RUNS)/large/.done
+	$(CURIONAV) coverage $(RUNS)/ours/0_* $(RUNS)/small/0_* $(RUNS)/large/0_* $(COUNT) out=$(FIG)/predictions
+
+figure-best: $(RUNS)/ours/.done $(RUNS)/theirs/.done
+	$(CURIONAV) compare $(RUNS)/ours $(RUNS)/theirs out=$(FIG)/best
+
+figure-scenes: | $(READY)
+	$(CURIONAV) sheet -m env=apartment_0,apartment_1,apartment_2,small_room,large_lab hydra.sweep.dir=$(FIG)/scenes
+
+table-hyperparameters: | $(READY)
+	$(CURIONAV) paper hyperparameters out=$(FIG)/tables
+
+table-sizes: | $(READY)
+	$(CURIONAV) paper sizes out=$(FIG)/tables
+
+paper-vs-ours: $(SWEEPS:%=$(RUNS)/%/.done)
+	$(CURIONAV) paper numbers $(SWEEPS:%=$(RUNS)/%) out=$(FIG)/tables
+
+comparison: $(RUNS)/many/.done
+	$(CURIONAV) compare $(RUNS)/many baseline=random out=$(FIG)/comparison
 
 test: $(READY)
 	.venv/bin/python -m pytest -q

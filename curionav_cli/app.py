@@ -141,6 +141,23 @@ def compare(
     raise typer.Exit(compare.run(words or []))
 
 
+@app.command()
+def paper(
+    words: Annotated[list[str] | None, typer.Argument(
+        metavar="WHAT [RUNS_OR_SWEEP...] [out=DIR]", show_default=False,
+        help="hyperparameters: the paper's table beside what is composed; sizes: of the scenes; numbers: every number "
+             "of the paper beside ours, from these runs. out: where it is written.")] = None,
+) -> None:
+    """Write the paper's tables, and its numbers beside ours."""
+    from curionav_cli.commands import paper
+
+    raise typer.Exit(paper.run(words or []))
+
+
+def unfinished(command: str, what: str) -> None:
+    raise UserError(f"curionav {command}: {what} is not built yet. curionav explore works.")
+
+
 def main(arguments: list[str] | None = None) -> Any:
     """Exit codes: 0 done, 1 the run failed, 2 wrong use or config, 130 interrupted."""
     for name, value in (("OMP_WAIT_POLICY", "PASSIVE"), ("OMP_NUM_THREADS", "1")):

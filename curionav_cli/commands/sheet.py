@@ -17,11 +17,12 @@ def run(request: Request) -> int:
 
 
 def work(settings: Config, folder: Path) -> dict[str, Any]:
-    """One sheet, written into `folder`."""
-    from curionav_cli.world.sheet import contact_sheet
+    """One sheet, and the top view alone, written into `folder`."""
+    from curionav_cli.world.sheet import contact_sheet, plans
 
     world = build.scene(settings)
     contact_sheet(world, folder / "sheet.png")
+    plans([world], folder / "plan.png")
     return {"cells": int(world.plan.visitable.sum()), "cell": world.plan.cell}
 
 

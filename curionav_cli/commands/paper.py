@@ -1,0 +1,116 @@
+"""curionav paper WHAT: the paper's tables from configs and scenes, and each of its numbers beside ours."""
+
+from __future__ import annotations
+
+import shlex
+from collections.abc import Sequence
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+from curionav_cli import build
+from curionav_cli.commands.compare import gather
+from curionav_cli.commands.summary import a_console, print_columns, print_files, write_text
+from curionav_cli.commands.words import one_of, sorted_out
+from curionav_cli.config.mistakes import Mistakes
+from curionav_cli.config.preflight import compose
+from curionav_cli.config.schema import Config
+from curionav_cli.config.sources import opened
+from curionav_cli.errors import ConfigError
+from curionav_cli.records import FloorPlan
+from curionav_cli.results import estimates, paper, tables
+from curionav_cli.results.comparison import Comparison
+from curionav_cli.results.comparison import compare as compared
+from curionav_cli.results.comparison_tables import Table
+from curionav_cli.results.tables import Row
+
+WHAT = ("hyperparameters", "sizes", "numbers")
+PAGE = "paper-vs-ours.md"
+BEYOND = (  # what no run of ours can show, and why
+    ("Coverage in Replica's apartments", "the scans' licence keeps them out of this project. Ours are drawn homes with "
+     "as many visitable cells; a robot meets other walls and other pictures in them."),
+    ("Coverage, docking and moved objects in the two real rooms", "there is no robot here. `robot=turtlebot2i` "
+     "simulates drift, bumps, sensors and battery, and its constants were fitted to the paper's docking rates, so that "
+     "those rates are no test of it."),
+    ("Photographs of the rooms", "ours are contact sheets of scenes with the same size and kind of clutter."),
+    ("Training on a GTX 1080", "what updates cost was measured on other machines (benchmarks/RESULTS.md)."),
+    ("Curves and heatmaps of the paper's figures", "they are printed without their numbers; only what the text says of "
+     "them can be compared."),
+)
+
+
+def run(words: list[str]) -> int:
+    """Print and write one of WHAT; the exit code. words: which, folders of runs, out=DIR."""
+    what = one_of("paper", words[0] if words else "", WHAT)
+    folders, chosen = sorted_out("paper", words[1:], {"out": ()})
+    if folders and what != "numbers":
+        raise ConfigError(f"curionav paper {what} reads no runs, only settings: leave {folders[0]} out.")
+    out = Path(chosen.get("out", "."))
+    console = a_console()
+    if what == "numbers":
+        parts, lost = numbers(folders)
+        texts = {PAGE: page(shlex.join(["curionav", "paper", *words]), parts, lost)}
+    else:
+        parts = [hyperparameters() if what == "hyperparameters" else sizes()]
+        texts = {f"{what}.{kind}": text for kind, text in written(parts[0]).items()}
+    for part in parts:
+        print_columns(part.rows, part.columns, console, [heading for heading, _, _ in part.columns], part.title)
+    out.mkdir(parents=True, exist_ok=True)
+    for name, text in texts.items():
+        write_text(out / name, text)
+    print_files(console, out, list(texts))
+    return 0
+
+
+def written(part: Table) -> dict[str, str]:
+    """A table in three forms."""
+    return {"md": tables.markdown(part.rows, part.columns, part.title),
+            "tex": tables.latex(part.rows, part.columns, part.title), "csv": tables.comma_separated(part.rows)}
+
+
+def hyperparameters() -> Table:
+    ours, small = (vars(composed(f"scale={scale}").agent) for scale in ("paper", "cpu"))
+    return Table("hyperparameters", "The paper's hyperparameters beside those that this code composes.",
+                 paper.HYPERPARAMETER_COLUMNS, paper.hyperparameters(ours, small))
+
+
+def sizes() -> Table:
+    return Table("sizes", "Visitable states and surfaces: the paper's, and those of the scenes as they load.",
+                 paper.SIZE_COLUMNS, paper.sizes(plans()))
+
+
+def plans() -> dict[str, FloorPlan]:
+    return {env: build.scene(composed(f"env={env}")).plan for env in paper.SIZES}
+
+
+def composed(*words: str) -> Config:
+    with opened("paper") as hydra:
+        return compose(hydra, Mistakes(hydra, list(words)), list(words))[0]
+
+
+def numbers(folders: Sequence[Path]) -> tuple[list[Table], list[str]]:
+    """A table for each part of the paper, and a line about each thing that is missing or unsure."""
+    lives, lost = gather(folders, "landing", "visitable")
+    settings, scenes = composed("robot=turtlebot2i"), plans()
+    comparison = compared(lives) if lives else Comparison([], {}, {}, {})
+    parts = {"Protocol": paper.protocol(asdict(settings.loop), asdict(settings.robot), scenes),
+             "Surfaces": paper.areas(scenes), "Coverage": paper.coverage(comparison), "Docking": paper.docking(lives)}
+    rows: dict[str, list[Row]] = {name: [one._asdict() for one in found] for name, found in parts.items()}
+    shown = [Table(name.lower(), name, paper.COLUMNS, found) for name, found in rows.items() if found]
+    notes = [*estimates.notes(comparison, None), *lost] if lives else [*lost, "No run was given, so that nothing is "
+                                                                       "said about coverage and docking."]
+    return [hyperparameters(), *shown], notes
+
+
+def page(command: str, parts: Sequence[Table], notes: Sequence[str]) -> str:
+    """The Markdown page."""
+    lines: list[Any] = [
+        "# The paper's numbers beside ours\n",
+        f"Written by `{command}`; nothing on this page is typed by hand but the paper's side. Coverage counts cells "
+        "marked by landing out of visitable cells; the mean over n seeds stands with its 95 % t interval, a share of "
+        "homecomings with Wilson's. Steps to a share: the median, and how many runs arrived.\n"]
+    for part in parts:
+        lines += [f"## {part.name.capitalize()}\n", tables.markdown(part.rows, part.columns, part.title)]
+    lines += ["## What cannot be reproduced here\n", *(f"- **{what}**: {why}" for what, why in BEYOND), ""]
+    lines += ["## What to know about these runs\n", *(f"- {note}" for note in notes), ""] if notes else []
+    return "\n".join(lines)

@@ -1,0 +1,201 @@
+"""Every number that the paper gives, beside ours: from configurations, from scenes and from run folders.
+
+The paper's side stands here once, with the place where it is printed; ours is always computed.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+from scipy.stats import binomtest
+
+from curionav_cli.records import DockReport, FloorPlan, read_arrays
+from curionav_cli.results.comparison import Comparison, Field
+from curionav_cli.results.estimates import summary
+from curionav_cli.results.lives import Life
+from curionav_cli.results.statistics import mean_interval
+from curionav_cli.results.tables import Columns, Row
+from curionav_cli.world.motion import HEADINGS, STEP
+
+Settings = Mapping[str, Any]
+
+HYPERPARAMETERS = (  # the appendix's table, in its order: part, name, value, our key
+    ("world model", "batch size", 50, "batch_size"), ("world model", "batch sequence length", 50, "sequence_length"),
+    ("world model", "discrete latent state dimension", 32, "latent_dimension"),
+    ("world model", "discrete latent classes", 32, "latent_classes"),
+    ("world model", "GRU cell dimension", 200, "gru_units"), ("world model", "KL free nats", 1, "free_nats"),
+    ("world model", "KL balancing", 0.8, "kl_balance"), ("world model", "Adam learning rate", 3e-4, "model_lr"),
+    ("world model", "slow critic update interval", 100, "slow_critic_interval"),
+    ("actor-critic", "imagination horizon", 15, "horizon"), ("actor-critic", "gamma", 0.99, "gamma"),
+    ("actor-critic", "lambda", 0.95, "return_lambda"), ("actor-critic", "Adam learning rate, actor", 8e-5, "actor_lr"),
+    ("actor-critic", "Adam learning rate, critic", 8e-5, "critic_lr"),
+    ("actor-critic", "actor entropy loss scale", 1e-4, "entropy"), ("common", "MLP number of layers", 4, "mlp_layers"),
+    ("common", "MLP number of units", 400, "mlp_units"), ("common", "hidden layers dimension", 400, "mlp_units"),
+    ("common", "Adam epsilon", 1e-5, "adam_epsilon"), ("common", "weight decay", 1e-6, "weight_decay"),
+    ("common", "gradient clipping", 100, "clip"),
+)
+SIZES = {  # visitable states and square metres of the appendix's table; of the others what the text says
+    "apartment_0": (23476, 58.69), "apartment_1": (21328, 53.32), "apartment_2": (18123, 45.31),
+    "small_room": (None, 8.0), "large_lab": (None, 230.0),
+}
+MEAN_AREA = 52.43  # of the three apartments, m2
+COVERED = {"small_room": (140_000, 0.8, "over 80 % in 140 k steps (run 1)"),
+           "large_lab": (600_000, 0.6, "60 % in 600 k steps")}
+FAR = 0.9  # of the cells are nearer to the start than the furthest area
+DOCKED = {"small_room": "572 of 596 (96 %)", "large_lab": "758 of 1023 (74 %)"}
+
+HYPERPARAMETER_COLUMNS: Columns = (("part", "part", "{}"), ("name", "name", "{}"), ("paper", "paper", "{:g}"),
+                                   ("scale=paper", "ours", "{:g}"), ("scale=cpu", "cpu", "{:g}"), ("key", "key", "{}"))
+SIZE_COLUMNS: Columns = (("env", "env", "{}"), ("paper, cells", "paper_cells", "{:,}"), ("ours, cells", "cells", "{:,}"),
+                         ("paper, m2", "paper_area", "{:.2f}"), ("ours, visitable m2", "area", "{:.2f}"),
+                         ("ours, floor m2", "floor", "{:.2f}"), ("cell, cm", "cell", "{:g}"))
+COLUMNS: Columns = (("where in the paper", "where", "{}"), ("what", "what", "{}"), ("paper", "paper", "{}"),
+                    ("ours", "ours", "{}"), ("n", "n", "{}"), ("from", "source", "{}"))
+
+
+class Number(NamedTuple):
+    """A line of the page. source: the run folder, or the file of conf/ that it is from."""
+
+    where: str
+    what: str
+    paper: str
+    ours: str
+    n: str
+    source: str
+
+
+def hyperparameters(paper: Settings, cpu: Settings) -> list[Row]:
+    """The appendix's table beside the composed settings of the agent at both scales."""
+    return [{"part": part, "name": name, "paper": value, "ours": paper[key], "cpu": cpu[key], "key": f"agent.{key}"}
+            for part, name, value, key in HYPERPARAMETERS]
+
+
+def sizes(plans: Mapping[str, FloorPlan]) -> list[Row]:
+    """Cells and square metres of scenes as they load."""
+    rows = []
+    for env, plan in plans.items():
+        cells, area = SIZES[env]
+        visitable, floor = (float(mask.sum()) * plan.cell ** 2 for mask in (plan.visitable, plan.floor))
+        rows.append({"env": env, "paper_cells": cells, "cells": int(plan.visitable.sum()), "paper_area": area,
+                     "area": visitable, "floor": floor, "cell": 100 * plan.cell})
+    return rows
+
+
+def protocol(loop: Settings, robot: Settings, plans: Mapping[str, FloorPlan]) -> Iterator[Number]:
+    """How lives are lived. loop, robot: composed settings of conf/config.yaml and robot=turtlebot2i."""
+    lifelong, setup = 'section "Lifelong learning"', 'section "Experimental Results"'
+    yield Number(lifelong, "steps of an episode, N", "500", f"{loop['steps']}", "", "conf/config.yaml")
+    yield Number(lifelong, "iterations between episodes, K", "100", f"{loop['iterations']}", "", "conf/config.yaml")
+    yield Number(setup, "a step forward", "0.25 m", f"{STEP:g} m", "", "curionav_cli/world/motion.py")
+    yield Number(setup, "a turn", "10 degrees", f"{360 / HEADINGS:g} degrees", "", "curionav_cli/world/motion.py")
+    for env, paper in (("apartment_0", "5 x 5 cm"), ("small_room", "10 x 10 cm"), ("large_lab", "10 x 10 cm")):
+        side = f"{100 * plans[env].cell:g}"
+        yield Number(setup, f"a visitable state, {env}", paper, f"{side} x {side} cm", "", f"conf/env/{env}.yaml")
+    minutes = loop["steps"] * robot["step"] / 60
+    yield Number('section "Real world"', "an episode of 500 steps", "about 5 minutes", f"{minutes:g} minutes", "",
+                 "conf/robot/turtlebot2i.yaml")
+    battery = robot["battery"]
+    yield Number('section "Real world"', "operation before it returns", "up to 10 minutes",
+                 f"{(battery['capacity'] - battery['reserve']) / 60:g} minutes", "", "conf/robot/turtlebot2i.yaml")
+
+
+def areas(plans: Mapping[str, FloorPlan]) -> Iterator[Number]:
+    """Visitable states and surfaces."""
+    rows = sizes(plans)
+    for row in rows:
+        source = f"conf/env/{row['env']}.yaml"
+        if row["paper_cells"]:
+            yield Number("appendix, table of sizes", f"visitable states, {row['env']}", f"{row['paper_cells']:,}",
+                         f"{row['cells']:,}", "", source)
+            yield Number("appendix, table of sizes", f"surface, {row['env']}", f"{row['paper_area']:.2f} m2",
+                         f"{row['area']:.2f} m2", "", source)
+        else:
+            yield Number('section "Real world"', f"area, {row['env']}", f"about {row['paper_area']:g} m2",
+                         f"{row['floor']:.2f} m2 of floor, {row['area']:.2f} m2 visitable", "", source)
+    homes = [row["area"] for row in rows if row["env"].startswith("apartment")]
+    yield Number('section "Simulation"', "mean surface of the apartments", f"{MEAN_AREA} m2",
+                 f"{np.mean(homes):.2f} m2", f"{len(homes)}", "conf/env")
+
+
+def coverage(comparison: Comparison) -> Iterator[Number]:
+    """What every arm covered in the steps that were lived; the paper's number where the text has one."""
+    for field in comparison.fields:
+        for arm, lives in field.arms.items():
+            given = field.env in COVERED and comparison.arms[arm] == "lbs_dreamer"
+            where = 'section "Real world"' if field.env in COVERED else "figure of the apartments"
+            reached = mean_interval(field.shares(arm, np.array([field.horizon]))[:, 0])
+            yield Number(where, f"coverage, {field.env}, {arm}", COVERED[field.env][2] if given else "a curve only",
+                         f"{reached:.1%} after {field.horizon:,} steps", f"{len(lives)}", source(lives))
+            if given:
+                yield from reached_in_time(field, arm, lives, *COVERED[field.env])
+        yield from against_cbet(field, comparison)
+
+
+def reached_in_time(field: Field, arm: str, lives: Sequence[Life], steps: int, share: float, paper: str
+                    ) -> Iterator[Number]:
+    """Steps to the share that the paper names; in the small room also to the furthest area."""
+    needed = summary("steps_to", [life.curve.until(field.horizon).steps_to(share) for life in lives])
+    yield Number('section "Real world"', f"steps to {share:.0%}, {field.env}, {arm}: median (runs that arrived)", paper,
+                 f"{needed:,.0f}" + ("" if field.horizon >= steps else f", of {field.horizon:,} steps"), f"{len(lives)}",
+                 source(lives))
+    if field.env == "small_room":
+        first = summary("steps_to", [first_far(life.folder) for life in lives])
+        yield Number("figure of the small room", f"steps to the furthest area, {arm}: median (runs that arrived)",
+                     "only after 250 k steps (run 2)", f"{first:,.0f}", f"{len(lives)}", source(lives))
+
+
+def first_far(folder: Path) -> int | None:
+    """The step that first ended in the tenth of the visitable cells that is furthest from the start."""
+    plan = FloorPlan.load(folder / "plan.npz")
+    row, column = np.indices(plan.visitable.shape)
+    away = np.hypot((column + 0.5) * plan.cell - plan.start.x, (row + 0.5) * plan.cell - plan.start.y)
+    far, done = plan.visitable & (away >= np.quantile(away[plan.visitable], FAR)), 0
+    for path in sorted((folder / "episodes").glob("*.npz")):
+        pose = read_arrays(path, ("pose",))["pose"]
+        there = np.flatnonzero(far[plan.cells(pose[:, 0], pose[:, 1])])
+        if len(there):
+            return done + int(there[0])
+        done += len(pose) - 1
+    return None
+
+
+def against_cbet(field: Field, comparison: Comparison) -> Iterator[Number]:
+    """The paper's claim about the apartments, as a paired difference of areas under the curve."""
+    ours, theirs = ([arm for arm in field.arms if comparison.arms[arm] == agent] for agent in ("lbs_dreamer", "cbet"))
+    paper = "about equal (appendix)" if field.env == "apartment_2" else "ours covers more"
+    if field.env.startswith("apartment") and ours and theirs:
+        difference = field.difference(ours[0], theirs[0])
+        if len(difference):
+            yield Number('section "Simulation"', f"{ours[0]} minus {theirs[0]}, {field.env}: area under the curve",
+                         paper, f"{mean_interval(difference):+.3f}", f"{len(difference)} pairs",
+                         source([*field.arms[ours[0]], *field.arms[theirs[0]]]))
+
+
+def docking(lives: Sequence[Life]) -> Iterator[Number]:
+    """Homecomings that the episodes hold: how many were asked for, and how many ended on the dock by themselves."""
+    for env, paper in DOCKED.items():
+        here = [life for life in lives if life.scene == env]
+        reports = [report for life in here for report in homecomings(life.folder)]
+        if reports:
+            docked = sum(report.success and not report.human for report in reports)
+            low, high = binomtest(docked, len(reports)).proportion_ci(method="wilson")
+            yield Number("appendix, table of docking", f"auto docking, {env}", paper,
+                         f"{docked} of {len(reports)} ({docked / len(reports):.0%} [{low:.0%}, {high:.0%}])",
+                         f"{len(here)} runs", source(here))
+
+
+def homecomings(folder: Path) -> Iterator[DockReport]:
+    """Of every episode that began after one."""
+    for path in sorted((folder / "episodes").glob("*.npz")):
+        plain = json.loads(str(read_arrays(path, ("action",), ("dock",)).get("dock", "null")))
+        if plain:
+            yield DockReport.of(plain)
+
+
+def source(lives: Sequence[Life]) -> str:
+    """The sweeps that these runs are in."""
+    return ", ".join(dict.fromkeys(str(life.folder.parent) for life in lives))
