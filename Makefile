@@ -20,7 +20,7 @@ WANDERERS = agent=random,sticky,bounce,frontier
 FIG = outputs/figures/$(SCALE)
 RUNS = $(FIG)/runs
 CURIONAV = .venv/bin/curionav
-LIVE = $(CURIONAV) explore launcher=cores
+LIVE = $(CURIONAV) explore -m launcher=cores
 COUNT = marking=landing denominator=visitable
 ifeq ($(SCALE),smoke)
   OURS = $(THEIRS)

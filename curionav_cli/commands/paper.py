@@ -26,9 +26,14 @@ from curionav_cli.results.tables import Row
 
 WHAT = ("hyperparameters", "sizes", "numbers")
 PAGE = "paper-vs-ours.md"
+TITLES = {
+    "protocol": "How lives are lived, and what a step is.", "surfaces": "How large the worlds are.",
+    "coverage": "What was covered in the steps that were lived; the paper's are of more steps where it says so.",
+    "docking": "Homecomings of robot=turtlebot2i that ended on the dock without a person.",
+}
 BEYOND = (  # what no run of ours can show, and why
-    ("Coverage in Replica's apartments", "the scans' licence keeps them out of this project. Ours are drawn homes with "
-     "as many visitable cells; a robot meets other walls and other pictures in them."),
+    ("Coverage in Replica's apartments", "its scans are not part of this project. Ours are drawn homes with as many "
+     "visitable cells; a robot meets other walls and other pictures in them."),
     ("Coverage, docking and moved objects in the two real rooms", "there is no robot here. `robot=turtlebot2i` "
      "simulates drift, bumps, sensors and battery, and its constants were fitted to the paper's docking rates, so that "
      "those rates are no test of it."),
@@ -93,10 +98,10 @@ def numbers(folders: Sequence[Path]) -> tuple[list[Table], list[str]]:
     lives, lost = gather(folders, "landing", "visitable")
     settings, scenes = composed("robot=turtlebot2i"), plans()
     comparison = compared(lives) if lives else Comparison([], {}, {}, {})
-    parts = {"Protocol": paper.protocol(asdict(settings.loop), asdict(settings.robot), scenes),
-             "Surfaces": paper.areas(scenes), "Coverage": paper.coverage(comparison), "Docking": paper.docking(lives)}
+    parts = {"protocol": paper.protocol(asdict(settings.loop), asdict(settings.robot), scenes),
+             "surfaces": paper.areas(scenes), "coverage": paper.coverage(comparison), "docking": paper.docking(lives)}
     rows: dict[str, list[Row]] = {name: [one._asdict() for one in found] for name, found in parts.items()}
-    shown = [Table(name.lower(), name, paper.COLUMNS, found) for name, found in rows.items() if found]
+    shown = [Table(name, TITLES[name], paper.COLUMNS, found) for name, found in rows.items() if found]
     notes = [*estimates.notes(comparison, None), *lost] if lives else [*lost, "No run was given, so that nothing is "
                                                                        "said about coverage and docking."]
     return [hyperparameters(), *shown], notes

@@ -45,13 +45,15 @@ SIZES = {  # visitable states and square metres of the appendix's table; of the 
 MEAN_AREA = 52.43  # of the three apartments, m2
 COVERED = {"small_room": (140_000, 0.8, "over 80 % in 140 k steps (run 1)"),
            "large_lab": (600_000, 0.6, "60 % in 600 k steps")}
+LIVED = {"lbs_dreamer": "2 M", "cbet": "5 M"}  # in the apartments
 FAR = 0.9  # of the cells are nearer to the start than the furthest area
 DOCKED = {"small_room": "572 of 596 (96 %)", "large_lab": "758 of 1023 (74 %)"}
 
 HYPERPARAMETER_COLUMNS: Columns = (("part", "part", "{}"), ("name", "name", "{}"), ("paper", "paper", "{:g}"),
                                    ("scale=paper", "ours", "{:g}"), ("scale=cpu", "cpu", "{:g}"), ("key", "key", "{}"))
-SIZE_COLUMNS: Columns = (("env", "env", "{}"), ("paper, cells", "paper_cells", "{:,}"), ("ours, cells", "cells", "{:,}"),
-                         ("paper, m2", "paper_area", "{:.2f}"), ("ours, visitable m2", "area", "{:.2f}"),
+SIZE_COLUMNS: Columns = (("env", "env", "{}"), ("paper, cells", "paper_cells", "{:,}"),
+                         ("ours, cells", "cells", "{:,}"), ("paper, m2", "paper_area", "{:.2f}"),
+                         ("ours, visitable m2", "area", "{:.2f}"),
                          ("ours, floor m2", "floor", "{:.2f}"), ("cell, cm", "cell", "{:g}"))
 COLUMNS: Columns = (("where in the paper", "where", "{}"), ("what", "what", "{}"), ("paper", "paper", "{}"),
                     ("ours", "ours", "{}"), ("n", "n", "{}"), ("from", "source", "{}"))
@@ -119,6 +121,9 @@ def areas(plans: Mapping[str, FloorPlan]) -> Iterator[Number]:
     homes = [row["area"] for row in rows if row["env"].startswith("apartment")]
     yield Number('section "Simulation"', "mean surface of the apartments", f"{MEAN_AREA} m2",
                  f"{np.mean(homes):.2f} m2", f"{len(homes)}", "conf/env")
+    lab = next(row for row in rows if row["env"] == "large_lab")
+    yield Number('section "Real world"', "the lab beside the mean apartment", "4 times as large",
+                 f"{lab['area'] / np.mean(homes):.1f} times, by what is visitable", "", "conf/env")
 
 
 def coverage(comparison: Comparison) -> Iterator[Number]:
@@ -127,8 +132,9 @@ def coverage(comparison: Comparison) -> Iterator[Number]:
         for arm, lives in field.arms.items():
             given = field.env in COVERED and comparison.arms[arm] == "lbs_dreamer"
             where = 'section "Real world"' if field.env in COVERED else "figure of the apartments"
+            curve = f"a curve, to {LIVED[comparison.arms[arm]]} steps" if comparison.arms[arm] in LIVED else "nothing"
             reached = mean_interval(field.shares(arm, np.array([field.horizon]))[:, 0])
-            yield Number(where, f"coverage, {field.env}, {arm}", COVERED[field.env][2] if given else "a curve only",
+            yield Number(where, f"coverage, {field.env}, {arm}", COVERED[field.env][2] if given else curve,
                          f"{reached:.1%} after {field.horizon:,} steps", f"{len(lives)}", source(lives))
             if given:
                 yield from reached_in_time(field, arm, lives, *COVERED[field.env])
@@ -139,9 +145,9 @@ def reached_in_time(field: Field, arm: str, lives: Sequence[Life], steps: int, s
                     ) -> Iterator[Number]:
     """Steps to the share that the paper names; in the small room also to the furthest area."""
     needed = summary("steps_to", [life.curve.until(field.horizon).steps_to(share) for life in lives])
+    until = "" if field.horizon >= steps else f", of {field.horizon:,} steps"
     yield Number('section "Real world"', f"steps to {share:.0%}, {field.env}, {arm}: median (runs that arrived)", paper,
-                 f"{needed:,.0f}" + ("" if field.horizon >= steps else f", of {field.horizon:,} steps"), f"{len(lives)}",
-                 source(lives))
+                 f"{needed:,.0f}{until}", f"{len(lives)}", source(lives))
     if field.env == "small_room":
         first = summary("steps_to", [first_far(life.folder) for life in lives])
         yield Number("figure of the small room", f"steps to the furthest area, {arm}: median (runs that arrived)",

@@ -1,0 +1,59 @@
+"""curionav paper: tables from configs and scenes; the paper's numbers beside those of a run, counted again here."""
+
+from __future__ import annotations
+
+import csv
+import json
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+from entry import Cli
+
+ROOT = Path(__file__).resolve().parents[2]
+
+
+def rows(path: Path) -> list[dict[str, str]]:
+    return list(csv.DictReader(path.read_text().splitlines()))
+
+
+def test_hyperparameters_come_from_the_configs(cli: Cli, tmp_path: Path) -> None:
+    answer = cli("paper", "hyperparameters", "out=out")
+    assert answer.code == 0, answer.error
+    found = rows(tmp_path / "out" / "hyperparameters.csv")
+    assert len(found) == 21 and all(float(row["paper"]) == float(row["ours"]) for row in found)
+    small = (ROOT / "conf" / "scale" / "lbs_dreamer" / "cpu.yaml").read_text()
+    written = dict(re.findall(r"^(\w+): ([\d.e-]+)", small, re.M))
+    assert {row["key"][6:]: float(row["cpu"]) for row in found if row["key"][6:] in written} == {
+        key: float(value) for key, value in written.items() if f"agent.{key}" in {row["key"] for row in found}}
+    assert "\\toprule" in (tmp_path / "out" / "hyperparameters.tex").read_text()
+
+
+def test_sizes_are_those_of_the_papers_table(cli: Cli, tmp_path: Path) -> None:
+    assert cli("paper", "sizes", "out=out").code == 0
+    homes = [row for row in rows(tmp_path / "out" / "sizes.csv") if row["env"].startswith("apartment")]
+    assert [int(row["cells"]) for row in homes] == [23476, 21328, 18123]
+    assert all(round(float(row["area"]), 2) == pytest.approx(float(row["paper_area"]), abs=0.011) for row in homes)
+
+
+def test_numbers_are_counted_from_the_run_and_name_it(cli: Cli, tmp_path: Path) -> None:
+    words = ("agent=bounce", "robot=turtlebot2i", "loop.steps=40", "loop.episodes=3", "hydra.run.dir=lived/run")
+    assert cli("explore", *words).code == 0
+    assert cli("paper", "numbers", "lived/run", "nowhere", "out=out").code == 0
+    page = (tmp_path / "out" / "paper-vs-ours.md").read_text()
+    share = json.loads((tmp_path / "lived" / "run" / "status.json").read_text())["coverage"]
+    assert f"| {share:.1%} after 120 steps | 1 | lived |" in page
+    docks = [json.loads(str(np.load(path)["dock"])) for path in sorted((tmp_path / "lived").rglob("0*.npz"))]
+    came = [dock["code"] == "docked" and not dock["human"] for dock in docks if dock]
+    assert len(came) == 2 and f"| 572 of 596 (96 %) | {sum(came)} of 2 (" in page
+    assert "| 23,476 | 23,476 |" in page and "There is no folder nowhere." in page and "fewer than 5 seeds" in page
+
+
+@pytest.mark.parametrize(("words", "said"), [
+    ((), "is not one of hyperparameters, sizes, numbers"), (("size",), "Did you mean sizes?"),
+    (("sizes", "run"), "reads no runs"), (("numbers", "colour=red"), "paper has no setting colour"),
+])
+def test_wrong_words_have_one_clear_line(cli: Cli, words: tuple[str, ...], said: str) -> None:
+    answer = cli("paper", *words)
+    assert answer.code == 2 and said in answer.error and len(answer.error.strip().splitlines()) == 1
