@@ -44,6 +44,26 @@ def test_setup_is_pinned_and_done_once(checkout: Path) -> None:
     assert "pip" in make("-n", "setup", cwd=checkout)
 
 
+def test_every_figure_says_the_line_that_it_runs(checkout: Path) -> None:
+    (checkout / ".venv").mkdir()
+    (checkout / ".venv" / ".ready").touch()
+    lines = [line for line in make("-n", "figures", "SCALE=smoke", cwd=checkout).splitlines() if "curionav" in line]
+    words = [line.split()[:2] for line in lines]
+    assert all(line.startswith(".venv/bin/curionav ") for line in lines) and len(lines) == len(set(lines))
+    for command, times in (("explore", 4), ("compare", 2), ("coverage", 3), ("sheet", 1), ("paper", 3)):
+        assert len([one for one in words if one[1] == command]) == times, command
+    runs = checkout / "outputs" / "figures" / "smoke" / "runs"
+    for name in ("ours", "theirs", "small", "large"):  # whole sweeps are not run again
+        (runs / name).mkdir(parents=True)
+        (runs / name / ".done").touch()
+    assert "explore" not in make("-n", "figures", "SCALE=smoke", cwd=checkout)
+
+
+def test_what_the_papers_scale_costs_is_said_before_it_begins(checkout: Path) -> None:
+    said = make("-n", "figures", "SCALE=paper", cwd=checkout)
+    assert 0 <= said.index("Disk: about") < said.index("curionav explore")
+
+
 def test_ci_runs_the_tests() -> None:
     script = ROOT / ".ci" / "run"
     assert os.access(script, os.X_OK) and "make test" in script.read_text()
