@@ -29,22 +29,25 @@ ifeq ($(SCALE),smoke)
   LARGE = $(TINY)
   MANY = 'seed=range(2)' $(TINY)
   TINY = loop.episodes=2 loop.steps=100 loop.iterations=2
+  HOME = dock.requests=5 loop.steps=40
 else ifeq ($(SCALE),paper)
   OURS = scale=paper loop.episodes=4000
   THEIRS = scale=paper loop.episodes=10000
   SMALL = scale=paper loop.episodes=1000
   LARGE = scale=paper loop.episodes=1200
   MANY = scale=paper loop.episodes=4000
+  HOME = dock.requests=1000
 else
   OURS = loop.episodes=100
   THEIRS = loop.episodes=100
   SMALL = loop.episodes=100
   LARGE = loop.episodes=100
   MANY = loop.episodes=100
+  HOME = dock.requests=600
 endif
 SWEEPS = ours theirs small large
-FIGURES = figure-apartments figure-small-room figure-large-lab figure-predictions figure-best figure-scenes
-TABLES = table-hyperparameters table-sizes
+FIGURES = figure-apartments figure-small-room figure-large-lab figure-predictions figure-best figure-scenes figure-docking
+TABLES = table-hyperparameters table-sizes table-docking
 
 .PHONY: help setup explore controls test lint clean figures cost comparison paper-vs-ours $(FIGURES) $(TABLES)
 
@@ -119,14 +122,20 @@ figure-best: $(RUNS)/ours/.done $(RUNS)/theirs/.done
 figure-scenes: | $(READY)
 	$(CURIONAV) sheet -m env=apartment_0,apartment_1,apartment_2,small_room,large_lab hydra.sweep.dir=$(FIG)/scenes
 
+figure-docking: | $(READY)
+	$(CURIONAV) paper docking out=$(FIG)/docking
+
 table-hyperparameters: | $(READY)
 	$(CURIONAV) paper hyperparameters out=$(FIG)/tables
 
 table-sizes: | $(READY)
 	$(CURIONAV) paper sizes out=$(FIG)/tables
 
-paper-vs-ours: $(SWEEPS:%=$(RUNS)/%/.done)
-	$(CURIONAV) paper numbers $(SWEEPS:%=$(RUNS)/%) out=$(FIG)/tables
+table-docking: | $(READY)
+	$(CURIONAV) dock -m env=small_room,large_lab $(HOME) launcher=cores hydra.sweep.dir=$(RUNS)/docking
+
+paper-vs-ours: table-docking $(SWEEPS:%=$(RUNS)/%/.done)
+	$(CURIONAV) paper numbers $(SWEEPS:%=$(RUNS)/%) $(RUNS)/docking out=$(FIG)/tables
 
 comparison: $(RUNS)/many/.done
 	$(CURIONAV) compare $(RUNS)/many baseline=random out=$(FIG)/comparison

@@ -145,7 +145,8 @@ def compare(
 def paper(
     words: Annotated[list[str] | None, typer.Argument(
         metavar="WHAT [RUNS_OR_SWEEP...] [out=DIR]", show_default=False,
-        help="hyperparameters: the paper's table beside what is composed; sizes: of the scenes; numbers: every number "
+        help="hyperparameters: the paper's table beside what is composed; sizes: of the scenes; docking: the server's "
+             "phases, as homecomings pass through them; numbers: every number "
              "of the paper beside ours, from these runs. out: where it is written.")] = None,
 ) -> None:
     """Write the paper's tables, and its numbers beside ours."""

@@ -16,6 +16,7 @@ from curionav_cli.config.schema import Compile, Config, Device
 from curionav_cli.config.sources import AGENTS as SCHEMA
 from curionav_cli.errors import ConfigError
 from curionav_cli.robot.env import RobotEnv
+from curionav_cli.robot.homecoming import Link
 from curionav_cli.world.env import NavigationEnv
 from curionav_cli.world.motion import HEADINGS
 from curionav_cli.world.scene import Scene
@@ -38,9 +39,10 @@ def ideal_env(settings: Config, world: Scene) -> NavigationEnv:
     return NavigationEnv(world, engine=settings.env.engine.value)
 
 
-def robot_env(settings: Config, world: Scene, pictures: bool = True) -> RobotEnv:
+def robot_env(settings: Config, world: Scene, pictures: bool = True,
+              link: Link = lambda server: server) -> RobotEnv:
     """A robot that drifts, drives home and docks; without pictures for agents that do not look."""
-    return RobotEnv(ideal_env(settings, world), settings.robot, pictures)
+    return RobotEnv(ideal_env(settings, world), settings.robot, pictures, link)
 
 
 def check(settings: Config) -> None:

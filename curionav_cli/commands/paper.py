@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from curionav_cli import build
+from curionav_cli.commands import diagram
 from curionav_cli.commands.compare import gather
 from curionav_cli.commands.summary import a_console, print_columns, print_files, write_text
 from curionav_cli.commands.words import one_of, sorted_out
@@ -23,8 +24,9 @@ from curionav_cli.results.comparison import Comparison
 from curionav_cli.results.comparison import compare as compared
 from curionav_cli.results.comparison_tables import Table
 from curionav_cli.results.tables import Row
+from curionav_cli.storage.run_folder import RunFolder
 
-WHAT = ("hyperparameters", "sizes", "numbers")
+WHAT = ("hyperparameters", "sizes", "docking", "numbers")
 PAGE = "paper-vs-ours.md"
 TITLES = {
     "protocol": "How lives are lived, and what a step is.", "surfaces": "How large the worlds are.",
@@ -52,6 +54,11 @@ def run(words: list[str]) -> int:
         raise ConfigError(f"curionav paper {what} reads no runs, only settings: leave {folders[0]} out.")
     out = Path(chosen.get("out", "."))
     console = a_console()
+    out.mkdir(parents=True, exist_ok=True)
+    if what == "docking":
+        settings = [composed(f"env={env}", "agent=bounce", "robot=turtlebot2i") for env in ("small_room", "large_lab")]
+        print_files(console, out, [diagram.draw(settings, out)])
+        return 0
     if what == "numbers":
         parts, lost = numbers(folders)
         texts = {PAGE: page(shlex.join(["curionav", "paper", *words]), parts, lost)}
@@ -60,7 +67,6 @@ def run(words: list[str]) -> int:
         texts = {f"{what}.{kind}": text for kind, text in written(parts[0]).items()}
     for part in parts:
         print_columns(part.rows, part.columns, console, [heading for heading, _, _ in part.columns], part.title)
-    out.mkdir(parents=True, exist_ok=True)
     for name, text in texts.items():
         write_text(out / name, text)
     print_files(console, out, list(texts))
@@ -95,16 +101,29 @@ def composed(*words: str) -> Config:
 
 def numbers(folders: Sequence[Path]) -> tuple[list[Table], list[str]]:
     """A table for each part of the paper, and a line about each thing that is missing or unsure."""
-    lives, lost = gather(folders, "landing", "visitable")
+    home = [run for folder in folders for run in RunFolder.inside(folder) or [RunFolder(folder)] if came_home(run)]
+    lives, lost = gather([folder for folder in folders if not came_home_only(folder, home)], "landing", "visitable")
     settings, scenes = composed("robot=turtlebot2i"), plans()
     comparison = compared(lives) if lives else Comparison([], {}, {}, {})
     parts = {"protocol": paper.protocol(asdict(settings.loop), asdict(settings.robot), scenes),
-             "surfaces": paper.areas(scenes), "coverage": paper.coverage(comparison), "docking": paper.docking(lives)}
+             "surfaces": paper.areas(scenes), "coverage": paper.coverage(comparison),
+             "docking": paper.docking(lives, home)}
     rows: dict[str, list[Row]] = {name: [one._asdict() for one in found] for name, found in parts.items()}
     shown = [Table(name, TITLES[name], paper.COLUMNS, found) for name, found in rows.items() if found]
     notes = [*estimates.notes(comparison, None), *lost] if lives else [*lost, "No run was given, so that nothing is "
                                                                        "said about coverage and docking."]
     return [hyperparameters(), *shown], notes
+
+
+def came_home(run: RunFolder) -> bool:
+    """Is it a run of curionav dock?"""
+    return any("code" in row for row in run.metrics()[:1])
+
+
+def came_home_only(folder: Path, home: Sequence[RunFolder]) -> bool:
+    """Is all that is in it runs of curionav dock?"""
+    paths = [run.path for run in home]
+    return folder in paths or any(path.parent == folder for path in paths)
 
 
 def page(command: str, parts: Sequence[Table], notes: Sequence[str]) -> str:

@@ -11,14 +11,15 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
-from scipy.stats import binomtest
 
 from curionav_cli.records import DockReport, FloorPlan, read_arrays
 from curionav_cli.results.comparison import Comparison, Field
+from curionav_cli.results.docking import reports
 from curionav_cli.results.estimates import summary
 from curionav_cli.results.lives import Life
-from curionav_cli.results.statistics import mean_interval
+from curionav_cli.results.statistics import mean_interval, share_interval
 from curionav_cli.results.tables import Columns, Row
+from curionav_cli.storage.run_folder import RunFolder
 from curionav_cli.world.motion import HEADINGS, STEP
 
 Settings = Mapping[str, Any]
@@ -181,17 +182,18 @@ def against_cbet(field: Field, comparison: Comparison) -> Iterator[Number]:
                          source([*field.arms[ours[0]], *field.arms[theirs[0]]]))
 
 
-def docking(lives: Sequence[Life]) -> Iterator[Number]:
-    """Homecomings that the episodes hold: how many were asked for, and how many ended on the dock by themselves."""
+def docking(lives: Sequence[Life], runs: Sequence[RunFolder]) -> Iterator[Number]:
+    """Homecomings of `lives`, which hold them in their episodes, and of `runs` of curionav dock: how many ended on the
+    dock without a person."""
     for env, paper in DOCKED.items():
-        here = [life for life in lives if life.scene == env]
-        reports = [report for life in here for report in homecomings(life.folder)]
-        if reports:
-            docked = sum(report.success and not report.human for report in reports)
-            low, high = binomtest(docked, len(reports)).proportion_ci(method="wilson")
+        here = {life.folder: list(homecomings(life.folder)) for life in lives if life.scene == env}
+        here |= {run.path: reports(run) for run in runs if run.settings["env"]["name"] == env}
+        found = [report for several in here.values() for report in several]
+        if found:
+            docked = sum(report.success and not report.human for report in found)
             yield Number("appendix, table of docking", f"auto docking, {env}", paper,
-                         f"{docked} of {len(reports)} ({docked / len(reports):.0%} [{low:.0%}, {high:.0%}])",
-                         f"{len(here)} runs", source(here))
+                         f"{docked:,} of {len(found):,}: {share_interval(docked, len(found)):.1%}", f"{len(here)} runs",
+                         parents(list(here)))
 
 
 def homecomings(folder: Path) -> Iterator[DockReport]:
@@ -204,4 +206,8 @@ def homecomings(folder: Path) -> Iterator[DockReport]:
 
 def source(lives: Sequence[Life]) -> str:
     """The sweeps that these runs are in."""
-    return ", ".join(dict.fromkeys(str(life.folder.parent) for life in lives))
+    return parents([life.folder for life in lives])
+
+
+def parents(folders: Sequence[Path]) -> str:
+    return ", ".join(dict.fromkeys(str(folder.parent) for folder in folders))

@@ -15,7 +15,7 @@ from curionav_cli.config.robot_schema import Turtlebot
 from curionav_cli.records import Pose, read_arrays, read_json, write_arrays
 from curionav_cli.robot.base import Base
 from curionav_cli.robot.body import Body
-from curionav_cli.robot.homecoming import Homecoming
+from curionav_cli.robot.homecoming import Homecoming, Link
 from curionav_cli.robot.localiser import Localiser
 from curionav_cli.robot.matcher import Surfaces
 from curionav_cli.robot.occupancy import Occupancy
@@ -31,14 +31,15 @@ class RobotEnv(gymnasium.Wrapper):
 
     info also has estimate (3,), the pose that the robot believes, and after a reset that drove home dock, the
     report as a dict. A step is truncated when the battery is needed to go home. pictures=False: images and depths
-    are zeros, for those who do not look.
+    are zeros, for those who do not look. link: what stands between the docking client and its server.
     """
 
     env: NavigationEnv
 
-    def __init__(self, env: NavigationEnv, profile: Turtlebot, pictures: bool = True):
+    def __init__(self, env: NavigationEnv, profile: Turtlebot, pictures: bool = True,
+                 link: Link = lambda server: server):
         super().__init__(env)
-        self.profile, self.pictures = profile, pictures
+        self.profile, self.pictures, self.link = profile, pictures, link
         self._restored: dict[str, Any] | None = None
         self._seed: int | None = None
 
@@ -107,7 +108,7 @@ class RobotEnv(gymnasium.Wrapper):
         scene = self.env.scene
         light = np.random.default_rng([self._seed, DOCK_STREAM, self._episode])
         base = Base(self.body, scene.dock, scene.plan.radius, self.profile, light)
-        return asdict(Homecoming(base, self.localiser, self.map, self.profile, scene.dock).run())
+        return asdict(Homecoming(base, self.localiser, self.map, self.profile, scene.dock, self.link).run())
 
     def _blocked(self) -> bool:
         """Does the depth camera show something in the way of a forward move? What is too near it does not show."""

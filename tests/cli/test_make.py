@@ -50,7 +50,7 @@ def test_every_figure_says_the_line_that_it_runs(checkout: Path) -> None:
     lines = [line for line in make("-n", "figures", "SCALE=smoke", cwd=checkout).splitlines() if "curionav" in line]
     words = [line.split()[:2] for line in lines]
     assert all(line.startswith(".venv/bin/curionav ") for line in lines) and len(lines) == len(set(lines))
-    for command, times in (("explore", 4), ("compare", 2), ("coverage", 3), ("sheet", 1), ("paper", 3)):
+    for command, times in (("explore", 4), ("compare", 2), ("coverage", 3), ("sheet", 1), ("dock", 1), ("paper", 4)):
         assert len([one for one in words if one[1] == command]) == times, command
     runs = checkout / "outputs" / "figures" / "smoke" / "runs"
     for name in ("ours", "theirs", "small", "large"):  # whole sweeps are not run again

@@ -11,6 +11,12 @@ import numpy as np
 import pytest
 from entry import Cli
 
+from curionav_cli.commands import diagram
+from curionav_cli.commands.paper import composed
+from curionav_cli.results import docking_diagram
+from curionav_cli.results.docking_diagram import PLACES
+from curionav_cli.robot.docking.nouns import Phase
+
 ROOT = Path(__file__).resolve().parents[2]
 
 
@@ -46,12 +52,32 @@ def test_numbers_are_counted_from_the_run_and_name_it(cli: Cli, tmp_path: Path) 
     assert f"| {share:.1%} after 120 steps | 1 | lived |" in page
     docks = [json.loads(str(np.load(path)["dock"])) for path in sorted((tmp_path / "lived").rglob("0*.npz"))]
     came = [dock["code"] == "docked" and not dock["human"] for dock in docks if dock]
-    assert len(came) == 2 and f"| 572 of 596 (96 %) | {sum(came)} of 2 (" in page
+    assert len(came) == 2 and f"| 572 of 596 (96 %) | {sum(came)} of 2: " in page
     assert "| 23,476 | 23,476 |" in page and "There is no folder nowhere." in page and "fewer than 5 seeds" in page
 
 
+def test_runs_of_dock_are_counted_too(cli: Cli, tmp_path: Path) -> None:
+    words = ("env=small_room", "loop.steps=20", "dock.requests=2", "hydra.run.dir=lived/dock")
+    assert cli("dock", *words).code == 0
+    assert cli("paper", "numbers", "lived", "out=out").code == 0
+    rows = [json.loads(line) for line in (tmp_path / "lived" / "dock" / "metrics.jsonl").read_text().splitlines()]
+    docked = sum(row["code"] == "docked" for row in rows)
+    assert f"| {docked} of 2: " in (tmp_path / "out" / "paper-vs-ours.md").read_text()
+
+
+def test_the_diagram_has_every_phase_and_what_was_passed_through(tmp_path: Path) -> None:
+    assert set(PLACES) == set(Phase)
+    room = composed("env=small_room", "agent=bounce", "robot=turtlebot2i", "loop.steps=20")
+    moves = diagram.watched(room, 2)
+    assert moves[Phase.idle, Phase.staging] == 2
+    assert sum(count for (_, after), count in moves.items() if after in (Phase.docked, Phase.failed)) == 2
+    drawn = docking_diagram.diagram(moves, ["rescan"], "two").axes[0]
+    words = [text.get_text().replace("\n", "_") for text in drawn.texts]
+    assert {phase.value for phase in Phase} <= set(words) and "2" in words
+
+
 @pytest.mark.parametrize(("words", "said"), [
-    ((), "is not one of hyperparameters, sizes, numbers"), (("size",), "Did you mean sizes?"),
+    ((), "is not one of hyperparameters, sizes, docking, numbers"), (("size",), "Did you mean sizes?"),
     (("sizes", "run"), "reads no runs"), (("numbers", "colour=red"), "paper has no setting colour"),
 ])
 def test_wrong_words_have_one_clear_line(cli: Cli, words: tuple[str, ...], said: str) -> None:

@@ -1,0 +1,66 @@
+"""The docking diagram, from homecomings that are lived for it: what the server's feedback passes through."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Sequence
+from itertools import islice
+from pathlib import Path
+
+from curionav_cli import build
+from curionav_cli.commands.dock import homecomings
+from curionav_cli.config.schema import Config
+from curionav_cli.results import docking_diagram, plots
+from curionav_cli.results.docking_diagram import Moves
+from curionav_cli.robot.docking.nouns import Feedback, Goal, GoalState, Phase
+from curionav_cli.robot.docking.recoveries import steps
+from curionav_cli.robot.docking.server import Docking
+
+REQUESTS, STEPS = 30, 100  # homecomings in each room, actions before each
+NAME = "docking_diagram.png"
+
+
+class Watched:
+    """A docking server (client.Server) whose phases are counted as they change."""
+
+    def __init__(self, server: Docking, moves: Moves):
+        self.server, self.moves, self.phase = server, moves, Phase.idle
+        self.code, self.text = server.code, server.text
+
+    def request(self, goal: Goal) -> GoalState:
+        state = self.server.request(goal)
+        self.code, self.text = self.server.code, self.server.text
+        return state
+
+    def cancel(self) -> None:
+        self.server.cancel()
+
+    def tick(self) -> Feedback:
+        feedback = self.server.tick()
+        self.code, self.text = self.server.code, self.server.text
+        if feedback.phase is not self.phase:
+            self.moves[self.phase, feedback.phase] += 1
+            self.phase = feedback.phase
+        return feedback
+
+
+def watched(settings: Config, requests: int) -> Moves:
+    """How often one phase followed another in so many homecomings."""
+    world, moves = build.scene(settings), Moves()
+    env = build.robot_env(settings, world, False, lambda server: Watched(server, moves))
+    agent = build.agent(settings, world)
+    lived = homecomings(env, agent, STEPS, settings.seed, 0, False, lambda *_: None)
+    for _ in islice(lived, requests):
+        pass
+    return moves
+
+
+def draw(rooms: Sequence[Config], folder: Path, requests: int = REQUESTS) -> str:
+    """One diagram over these rooms; its name in the folder."""
+    moves: Moves = sum((watched(room, requests) for room in rooms), Counter())
+    names = dict.fromkeys(name for name, _ in steps(rooms[0].robot.docking))
+    recoveries = [name for name in names if name != "staging"]
+    where = " and ".join(room.env.name for room in rooms)
+    title = f"Auto docking: {requests * len(rooms)} homecomings in {where}, {STEPS} actions after each start"
+    plots.save(docking_diagram.diagram(moves, recoveries, title), folder / NAME)
+    return NAME
