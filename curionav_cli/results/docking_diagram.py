@@ -35,7 +35,7 @@ def diagram(moves: Moves, recoveries: Sequence[str], title: str) -> Figure:
     arrow(axes, boxes[Phase.docked], client, "result: docked", 0.2)
     for (before, after), count in sorted(moves.items(), key=lambda item: item[0][0].value + item[0][1].value):
         (x, y), (right, up) = PLACES[before], PLACES[after]
-        bend = 0.25 if y != up else 0.0 if right - x == 1 else 0.45
+        bend = 0.25 if y != up else 0.0 if right - x == 1 or y == 0 else 0.45
         arrow(axes, boxes[before], boxes[after], f"{count:,}", bend)
     axes.text(2.5, -0.42, "in this order: " + ", ".join(recoveries), ha="center", va="top", fontsize=7, color=PALE,
               wrap=True)
