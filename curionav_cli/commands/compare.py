@@ -31,6 +31,7 @@ from curionav_cli.results.comparison_tables import (
 from curionav_cli.results.coverage import DENOMINATORS, RULES
 from curionav_cli.results.lives import Life, folders, read
 from curionav_cli.results.report import Picture
+from curionav_cli.results.runs import Run
 from curionav_cli.results.tables import Row, comma_separated
 
 CHOICES: dict[str, tuple[str, ...]] = {
@@ -124,7 +125,7 @@ class Report:
         return [row for table in self.tables if table.name == name for row in table.rows]
 
 
-def draw(report: Report, folder: Path) -> list[str]:
+def draw(report: Report, folder: Path, best: dict[str, list[Run]]) -> list[str]:
     """A figure for each environment and one over all of them; their names in the folder."""
     comparison, pairs = report.comparison, report.rows("pairs")
     base, look = report.baseline, plots.looks(comparison.arms)
@@ -137,24 +138,29 @@ def draw(report: Report, folder: Path) -> list[str]:
         figures[estimates.ALL] = comparison_plots.over_all(
             comparison, look, pairs, base or next(iter(look)), report.rows("overall"), profiles, thresholds)
     figures["curves"] = comparison_plots.courses(comparison, look, report.counted)
-    names = {env: re.sub("[^A-Za-z0-9.=-]+", "_", env) for env in figures}
+    names = {env: file_name(env) for env in figures}
     (folder / "figures").mkdir(parents=True, exist_ok=True)
     for env, figure in figures.items():
         plots.save(figure, folder / "figures" / f"{names[env]}.png")
-    best = page.draw_best(comparison, report.way, folder / "figures", names)
-    return [f"figures/{name}" for name in (*(f"{name}.png" for name in reversed(names.values())), *best)]
+    maps = page.draw_best(best, folder / "figures")
+    return [f"figures/{name}" for name in (*(f"{name}.png" for name in reversed(names.values())), *maps)]
+
+
+def file_name(label: str) -> str:
+    return re.sub("[^A-Za-z0-9.=-]+", "_", label)
 
 
 def write(report: Report, folder: Path) -> list[str]:
     """Figures, CSV files, a page and a LaTeX file; their names in the folder."""
-    pictures = draw(report, folder)
+    best = {file_name(field.env): page.best_runs(field, report.way) for field in report.comparison.fields}
+    pictures = draw(report, folder, best)
     runs = list(estimates.run_rows(report.comparison, report.at))
     texts = {"comparison.md": markdown(report.command, report.notes, report.tables, pictures),
              "comparison.tex": latex(report.command, report.notes, report.tables), "runs.csv": comma_separated(runs),
              **{f"{table.name}.csv": comma_separated(table.rows) for table in report.tables}}
     for name, text in texts.items():
         write_text(folder / name, text)
-    shown = page.shoot(report.comparison, report.way, folder / "figures" / "film.webm")
+    shown = page.shoot(next(iter(best.values())), folder / "figures" / "film.webm")
     films = {"figures/film.webm": shown} if shown else {}
     captions = {**{name: caption(name) for name in pictures}, **films}
     page.write(folder / "report.html", report.command, report.comparison, report.notes, report.tables,

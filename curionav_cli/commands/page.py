@@ -34,18 +34,16 @@ def best_runs(field: Field, way: tuple[str, str]) -> list[Run]:
     return found
 
 
-def draw_best(comparison: Comparison, way: tuple[str, str], figures: Path, names: dict[str, str]) -> list[str]:
+def draw_best(best: dict[str, list[Run]], figures: Path) -> list[str]:
     """The heatmaps of the best runs side by side, a figure for each environment; their names in the folder."""
-    made = []
-    for field in comparison.fields:
-        plots.save(plots.heatmaps(best_runs(field, way)), figures / f"heatmaps_{names[field.env]}.png")
-        made.append(f"heatmaps_{names[field.env]}.png")
-    return made
+    for name, runs in best.items():
+        plots.save(plots.heatmaps(runs), figures / f"heatmaps_{name}.png")
+    return [f"heatmaps_{name}.png" for name in best]
 
 
-def shoot(comparison: Comparison, way: tuple[str, str], path: Path) -> str:
-    """A film of the last episode of the best run in the first environment; what it shows. Empty: nothing to film."""
-    best = max(best_runs(comparison.fields[0], way), key=lambda run: run.coverage.visited)
+def shoot(runs: Sequence[Run], path: Path) -> str:
+    """A film of the last episode of the run that covered most; what it shows. Empty: it cannot be read."""
+    best = max(runs, key=lambda run: run.coverage.visited)
     try:
         episode = Episode.load(best.episodes[-1])
     except RunFolderError:
