@@ -17,7 +17,8 @@ def a_run(tmp_path, an_episode, a_plan):
     def make(name="0_room_random_0", state="done"):
         run = RunFolder(tmp_path / "sweep" / name)
         fixed = {"env": {"name": "room"}, "agent": {"name": "random"}, "loop": {"steps": 5}, "seed": 3}
-        run.create("seed: 3\nenv: {name: room}\nagent: {name: random}\nscale: cpu\n", fixed, {}, a_plan(9, 9))
+        run.create("seed: 3\nenv: {name: room}\nagent: {name: random}\nrobot: {name: ideal}\nscale: cpu\n",
+                   fixed, {}, a_plan(9, 9))
         for n in range(4):
             run.save_episode(n, an_episode(steps=5, seed=n))
             run.append_metrics({"episode": n, "seconds_acting": 1.0, "seconds_learning": 2.0, "updates": 10 * (n + 1)})

@@ -43,7 +43,7 @@ def test_a_row_holds_the_means_their_ratio_and_the_share_of_pairs_in_order():
 def a_run(tmp_path, an_episode, a_plan):
     """Three episodes: along a wall, the same again, and a metre further off; the KL is 1, 2 and 6 nats."""
     run = RunFolder(tmp_path / "run")
-    run.create("seed: 0\nenv: {name: small_room}\nagent: {name: lbs_dreamer}\n", {}, {}, a_plan())
+    run.create("seed: 0\nenv: {name: small_room}\nagent: {name: lbs_dreamer}\nrobot: {name: ideal}\n", {}, {}, a_plan())
     for n, nats in enumerate((1.0, 2.0, 6.0)):
         lived = an_episode(steps=11)
         episode = replace(lived, pose=lived.pose + (n == 2) * np.array([0, 1, 0]), action=np.zeros(11, np.int64),
@@ -69,5 +69,5 @@ def test_each_episode_is_judged_against_those_before_it(a_run):
 
 def test_a_run_without_predictions_has_no_views(tmp_path, a_plan):
     run = RunFolder(tmp_path / "run")
-    run.create("seed: 0\nenv: {name: small_room}\nagent: {name: random}\n", {}, {}, a_plan())
+    run.create("seed: 0\nenv: {name: small_room}\nagent: {name: random}\nrobot: {name: ideal}\n", {}, {}, a_plan())
     assert novelty.views(Run.open(run.path)) is None

@@ -18,7 +18,8 @@ def a_run(tmp_path, an_episode, a_plan):
     """a_run("bounce"): a finished run of two episodes."""
     def make(agent="random", seed=0):
         run = RunFolder(tmp_path / f"{agent}_{seed}")
-        run.create(f"seed: {seed}\nenv: {{name: small_room}}\nagent: {{name: {agent}}}\nrobot: {{name: ideal}}\n", {}, {}, a_plan(9, 9))
+        run.create(f"seed: {seed}\nenv: {{name: small_room}}\nagent: {{name: {agent}}}\nrobot: {{name: ideal}}\n",
+                   {}, {}, a_plan(9, 9))
         for n in range(2):
             run.save_episode(n, an_episode(steps=6, seed=n))
             run.append_metrics({"episode": n, "cancelled": 0.25 * n, "seconds_acting": 1.0, "seconds_learning": 2.0})

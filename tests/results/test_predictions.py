@@ -22,7 +22,8 @@ def a_run(tmp_path, an_episode, a_plan):
     """a_run(episodes=7): an agent that predicts what it will see; error n / 1000 in episode n."""
     def make(episodes=7, seed=0, horizon=6, moves=False):
         run = RunFolder(tmp_path / f"run_{seed}")
-        run.create(f"seed: {seed}\nenv: {{name: small_room, camera: 0.45, fov: 79}}\nagent: {{name: lbs_dreamer}}\n",
+        run.create(f"seed: {seed}\nenv: {{name: small_room, camera: 0.45, fov: 79}}\nagent: {{name: lbs_dreamer}}\n"
+                   "robot: {name: ideal}\n",
                    {}, {}, a_plan())
         for n in range(episodes):
             episode = replace(an_episode(steps=20, seed=n), events=(MOVE,) if moves and n == 4 else ())
