@@ -90,7 +90,7 @@ class Exploration:
 def draw(run: RunFolder) -> None:
     """The run's figures and table."""
     from curionav_cli.commands import predictions  # matplotlib is loaded once there is something to draw
-    from curionav_cli.results import plots, tables
+    from curionav_cli.results import beliefs, plots, tables
     from curionav_cli.results.runs import Run
 
     result = Run(run)
@@ -98,6 +98,8 @@ def draw(run: RunFolder) -> None:
     plots.save(plots.heatmap(result.coverage, f"{result.label}\n{share}"), run.figures / "heatmap.png")
     plots.save(plots.curves([result], result.label), run.figures / "coverage.png")
     predictions.draw(result, run.figures)
+    if paths := beliefs.paths(result):
+        plots.save(paths, run.figures / "beliefs.png")
     row = {**result.row(), "state": "done"}
     run.write("table.md", tables.markdown([row]))
     run.write("results.csv", tables.comma_separated([row]))

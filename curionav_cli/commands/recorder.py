@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 from typing import Any
 
 from curionav_cli.agents.agent import Agent
 from curionav_cli.build import World
 from curionav_cli.commands.progress import Living, Serving, Studying
+from curionav_cli.geometry import wrapped
 from curionav_cli.records import Episode, Foresight
 from curionav_cli.results.coverage import Coverage
 from curionav_cli.storage import checkpoint
@@ -70,7 +72,8 @@ class Recorder(Keeper):
     def lived(self, index: int, episode: Episode, metrics: dict[str, float]) -> None:
         cells = self.coverage.add(episode.pose)
         counts = self.counts()
-        row = {"episode": index, **counts, "cells_in_episode": cells, **habits(episode), **metrics}
+        row = {"episode": index, **counts, "cells_in_episode": cells, **habits(episode), **belief(episode),
+               **metrics}
         self.keep(index + 1, row, episode=index + 1, **counts)
         self.report.lived(self.coverage.share, self.coverage.visited, self.coverage.total)
 
@@ -88,6 +91,15 @@ class Study(Keeper):
     def trained(self, iterations: int, metrics: dict[str, float]) -> None:
         self.keep(iterations, {"iterations": iterations, **metrics}, iteration=iterations)
         self.report.trained(iterations)
+
+
+def belief(episode: Episode) -> dict[str, Any]:
+    """Of a robot that drifts: how far off its belief was at the end (metres, degrees), and how it had come home."""
+    if episode.estimate is None:
+        return {}
+    x, y, yaw = episode.estimate[-1] - episode.pose[-1]
+    home = {"docked": not episode.dock["human"], "carried": episode.dock["human"]} if episode.dock else {}
+    return {"position_error": math.hypot(x, y), "yaw_error": math.degrees(abs(wrapped(yaw))), **home}
 
 
 def habits(episode: Episode) -> dict[str, float]:

@@ -114,7 +114,7 @@ class Run:
             "coverage": self.coverage.share, "area_under_curve": self.curve.area(),
             **{f"steps_to_{share:.0%}".replace("%", ""): self.curve.steps_to(share) for share in (0.5, 0.8, 0.9)},
             **{name: mix[index] / steps for index, name in enumerate(ACTIONS)},
-            "cancelled": weighted(metrics, "cancelled"),
+            "cancelled": weighted(metrics, "cancelled"), **homecomings(metrics),
             **{key: known(sums[-1]) for key, sums in spent(metrics).items()},
             "seconds_acting": sum(row["seconds_acting"] for row in metrics),
             "seconds_learning": sum(row["seconds_learning"] for row in metrics),
@@ -124,6 +124,12 @@ class Run:
     def actions(self) -> list[int]:
         """Every action of the run, in order."""
         return [int(a) for path in self.episodes for a in read_arrays(path, ("action",))["action"]]
+
+
+def homecomings(metrics: list[dict[str, Any]]) -> dict[str, int]:
+    """How often the robot docked, and how often a person carried it; nothing of one that never had to."""
+    rows = [row for row in metrics if "docked" in row]
+    return {name: sum(row[name] for row in rows) for name in ("docked", "carried") if rows}
 
 
 def tell_apart(runs: Sequence[Run]) -> None:

@@ -1,0 +1,49 @@
+"""True and believed paths of a run, and what metrics say of them."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from curionav_cli.commands.recorder import belief
+from curionav_cli.results import beliefs
+from curionav_cli.results.runs import Run, homecomings
+from curionav_cli.storage.run_folder import RunFolder
+
+
+@pytest.fixture
+def robots_run(tmp_path, an_episode, a_plan):
+    """Three episodes of a robot that believes to be 0.3 m farther east; it was carried home before the third."""
+    folder = RunFolder(tmp_path)
+    about = "env: {name: lab}\nagent: {name: bounce}\nrobot: {name: turtlebot2i}\nseed: 3\nscale: cpu\n"
+    folder.create(about, {}, {}, a_plan())
+    for index, dock in enumerate([None, {"code": "docked", "human": False, "attempts": 2},
+                                  {"code": "dock_not_seen", "human": True, "attempts": 3}]):
+        plain = an_episode(seed=index)
+        folder.save_episode(index, replace(plain, estimate=plain.pose + [0.3, 0.0, 0.1], dock=dock))
+    return Run(folder)
+
+
+def test_each_episode_has_a_panel_with_both_paths_and_how_it_came_home(robots_run):
+    figure = beliefs.paths(robots_run)
+    titles = [axes.get_title() for axes in figure.axes]
+    assert titles == ["0: first start", "1: docked, attempt 2", "2: dock_not_seen, carried"]
+    true, believed = (line.get_xdata() for line in figure.axes[0].lines[-3:-1])
+    assert believed == pytest.approx(true + 0.3)
+
+
+def test_the_paths_of_an_ideal_robot_are_not_drawn(tmp_path, an_episode, a_plan):
+    folder = RunFolder(tmp_path)
+    folder.create("env: {name: lab}\nagent: {name: bounce}\nrobot: {name: turtlebot2i}\nseed: 3\nscale: cpu\n", {}, {}, a_plan())
+    folder.save_episode(0, an_episode())
+    assert beliefs.paths(Run(folder)) is None
+
+
+def test_metrics_say_how_far_off_it_was_and_how_it_came_home(an_episode):
+    plain = an_episode()
+    robot = replace(plain, estimate=plain.pose + [0.3, 0.4, 2 * np.pi - 0.1], dock={"human": True})
+    assert belief(plain) == {}
+    assert belief(robot) == pytest.approx({"position_error": 0.5, "yaw_error": np.degrees(0.1), "docked": False,
+                                           "carried": True})
+    rows = [{}, belief(robot), belief(replace(robot, dock={"human": False}))]
+    assert homecomings(rows) == {"docked": 1, "carried": 1} and homecomings([{}]) == {}
