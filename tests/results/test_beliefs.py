@@ -10,13 +10,14 @@ from curionav_cli.results import beliefs
 from curionav_cli.results.runs import Run, homecomings
 from curionav_cli.storage.run_folder import RunFolder
 
+SETTINGS = "env: {name: lab}\nagent: {name: bounce}\nrobot: {name: turtlebot2i}\nseed: 3\nscale: cpu\n"
+
 
 @pytest.fixture
 def robots_run(tmp_path, an_episode, a_plan):
     """Three episodes of a robot that believes to be 0.3 m farther east; it was carried home before the third."""
     folder = RunFolder(tmp_path)
-    about = "env: {name: lab}\nagent: {name: bounce}\nrobot: {name: turtlebot2i}\nseed: 3\nscale: cpu\n"
-    folder.create(about, {}, {}, a_plan())
+    folder.create(SETTINGS, {}, {}, a_plan())
     for index, dock in enumerate([None, {"code": "docked", "human": False, "attempts": 2},
                                   {"code": "dock_not_seen", "human": True, "attempts": 3}]):
         plain = an_episode(seed=index)
@@ -34,7 +35,7 @@ def test_each_episode_has_a_panel_with_both_paths_and_how_it_came_home(robots_ru
 
 def test_the_paths_of_an_ideal_robot_are_not_drawn(tmp_path, an_episode, a_plan):
     folder = RunFolder(tmp_path)
-    folder.create("env: {name: lab}\nagent: {name: bounce}\nrobot: {name: turtlebot2i}\nseed: 3\nscale: cpu\n", {}, {}, a_plan())
+    folder.create(SETTINGS, {}, {}, a_plan())
     folder.save_episode(0, an_episode())
     assert beliefs.paths(Run(folder)) is None
 
