@@ -35,7 +35,7 @@ def arrivals(docks: Sequence[DockReport], cone: float, reach: float, radius: flo
         around.plot(x, y, ".", color=colour, markersize=3, label=f"{name} ({chosen.sum()})")
         around.plot([x, x - ARROW * np.cos(yaw)], [y, y - ARROW * np.sin(yaw)], color=colour, linewidth=0.4)
     around.set(title=title, xlabel="before the dock (m)", ylabel="to the dock's left (m)", aspect="equal")
-    around.legend(fontsize=7, loc="upper right")
+    around.legend(fontsize=7, loc="upper left")
     draw_errors(beside, came, kinds, names)
     return figure
 
