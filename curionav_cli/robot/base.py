@@ -22,7 +22,7 @@ BLIND = 0.02  # metres; over so short a way what blocks the light stays the same
 
 
 class Base:
-    """station: solid, and in none of the scene's lists: an agent that explores may drive over its place."""
+    """The station's bumps are told here, since it is where contacts meet."""
 
     hazard: str | None = None  # wheel_drop or cliff: a simulated floor has neither
 

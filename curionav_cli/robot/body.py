@@ -18,7 +18,7 @@ from curionav_cli.robot.battery import Battery
 from curionav_cli.robot.drive import Drive
 from curionav_cli.robot.sensed import Scan, Sensed
 from curionav_cli.robot.sensors import Inertia, Ranger, ScanMatch
-from curionav_cli.robot.surroundings import Surroundings
+from curionav_cli.robot.surroundings import Rectangle, Surroundings
 from curionav_cli.world.scene import Scene
 
 SENSORS = ("wheel", "gyro", "bumper", "lidar", "depth")
@@ -28,8 +28,9 @@ FRONT = math.radians(25.0)  # half of the bumper's middle third
 class Body:
     """pose: where it truly is. velocity: (m/s, rad/s) of the last command. silent: sensors that give nothing."""
 
-    def __init__(self, profile: Turtlebot, generator: np.random.Generator):
+    def __init__(self, profile: Turtlebot, generator: np.random.Generator, station: Rectangle | None = None):
         self.profile, self.battery = profile, Battery(profile.battery)
+        self.station = station
         self._rngs = generator.spawn(5)
         drive, inertia, lidar, depth, match = self._rngs
         self._drive_rng = drive
@@ -48,7 +49,7 @@ class Body:
 
     def around(self, scene: Scene) -> None:
         """The world around it is another, and it stands where it stood."""
-        self.surroundings = Surroundings(scene)
+        self.surroundings = Surroundings(scene, self.station)
         self._drive = Drive(self.profile.drive, scene.plan.radius, self._drive_rng)
 
     def drive(self, distance: float, turn: float, seconds: float) -> Sensed:

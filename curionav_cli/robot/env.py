@@ -19,6 +19,7 @@ from curionav_cli.robot.homecoming import Homecoming, Link
 from curionav_cli.robot.localiser import Localiser
 from curionav_cli.robot.matcher import Surfaces
 from curionav_cli.robot.occupancy import Occupancy
+from curionav_cli.robot.station import Station
 from curionav_cli.world.env import NavigationEnv, Observation
 from curionav_cli.world.motion import FORWARD, HEADINGS, LEFT, RIGHT, STEP
 
@@ -88,7 +89,8 @@ class RobotEnv(gymnasium.Wrapper):
 
     def _begin(self, seed: int) -> None:
         start, self._seed = self.env.scene.plan.start, seed
-        self.body = Body(self.profile, np.random.default_rng([seed, STREAM]))
+        station = Station(self.env.scene.dock, self.env.scene.plan.radius, self.profile.docking.contact)
+        self.body = Body(self.profile, np.random.default_rng([seed, STREAM]), station.outline)
         self.localiser = Localiser(self.profile, start)
         if self._restored:
             self.body.load(self._restored["body"])

@@ -14,6 +14,7 @@ from curionav_cli.geometry import wrapped
 from curionav_cli.records import Pose
 
 HALF_WIDTH, DEPTH = 0.12, 0.10  # metres, of the station's body
+TOUCH = 3e-3  # metres; a body that is stopped by something stands a little before it
 
 
 class Station:
@@ -23,13 +24,22 @@ class Station:
         self.dock, self.radius, self.contact = dock, radius, contact
         self.emitter = Pose(dock.x - radius * math.cos(dock.yaw), dock.y - radius * math.sin(dock.yaw), dock.yaw)
 
+    @property
+    def outline(self) -> tuple[tuple[float, float], tuple[float, float]]:
+        """The station's body in the scene: low and high corner of the rectangle that holds it."""
+        cosine, sine = math.cos(self.dock.yaw), math.sin(self.dock.yaw)
+        corners = [(self.dock.x + cosine * x - sine * y, self.dock.y + sine * x + cosine * y)
+                   for x in (-self.radius - DEPTH, -self.radius) for y in (-HALF_WIDTH, HALF_WIDTH)]
+        return (min(x for x, _ in corners), min(y for _, y in corners)), (
+            max(x for x, _ in corners), max(y for _, y in corners))
+
     def relative(self, pose: Pose) -> Pose:
         """A pose in the dock's frame; its yaw is 0 for a robot that faces the station."""
         return seen_from(self.dock, pose)
 
     def touched(self, pose: Pose) -> bool:
         """Is the robot's disc against the station's body?"""
-        return math.hypot(*self._nearest(pose)) <= self.radius
+        return math.hypot(*self._nearest(pose)) <= self.radius + TOUCH
 
     def direction(self, pose: Pose) -> float:
         """Where the nearest point of the station lies from a pose, radians in the scene's frame."""

@@ -18,14 +18,19 @@ MARGIN = 1e-3  # metres; a body that meets something stops this much before it
 MOVED = 0.5  # metres; so far the list of what is near stays good
 
 
-class Surroundings:
-    """Rectangles low, high (K, 2), metres."""
+Rectangle = tuple[tuple[float, float], tuple[float, float]]
 
-    def __init__(self, scene: Scene):
+
+class Surroundings:
+    """Rectangles low, high (K, 2), metres. station: the dock's body, which a scene does not list."""
+
+    def __init__(self, scene: Scene, station: Rectangle | None = None):
         solid = scene.boxes.solid(scene.agent_height)
         outside = mesh(~scene.plan.floor, longest=40) * scene.plan.cell
         self.low = np.concatenate([scene.boxes.low[solid, :2], outside[:, 1::-1]])
         self.high = np.concatenate([scene.boxes.high[solid, :2], outside[:, :1:-1]])
+        if station:
+            self.low, self.high = np.vstack([self.low, station[0]]), np.vstack([self.high, station[1]])
         self._near: dict[float, tuple[float, float, np.ndarray, np.ndarray]] = {}
         self._room = (0.0, 0.0, 0.0)  # where clearance was last measured, and how much there was
 

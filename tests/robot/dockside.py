@@ -22,6 +22,7 @@ from curionav_cli.robot.docking.server import Docking
 from curionav_cli.robot.homing import Homing
 from curionav_cli.robot.localiser import Localiser
 from curionav_cli.robot.occupancy import Occupancy
+from curionav_cli.robot.station import Station
 from curionav_cli.world.scene import Scene
 
 
@@ -46,7 +47,8 @@ class Dockside:
         place = np.array(dock[:2]) + at[0] * ahead + at[1] * aside
         wrong = believed[0] * ahead + believed[1] * aside
         yaw = dock.yaw + math.pi + math.radians(at[2])
-        self.body = Body(self.profile, np.random.default_rng(seed))
+        station = Station(dock, self.scene.plan.radius, self.profile.docking.contact)
+        self.body = Body(self.profile, np.random.default_rng(seed), station.outline)
         self.body.enter(self.scene, Pose(float(place[0]), float(place[1]), yaw))
         self.base = Base(self.body, dock, self.scene.plan.radius, self.profile, np.random.default_rng(seed + 1))
         self.localiser = Localiser(self.profile, Pose(float(place[0] + wrong[0]), float(place[1] + wrong[1]), yaw))
