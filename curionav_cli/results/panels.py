@@ -43,7 +43,7 @@ def card(run: Run, others: Sequence[Run]) -> Figure:
                        f"{coverage.total:,} cells", int(plots.blocks(coverage).max()))
     above.colorbar(left.images[-1], ax=left, shrink=0.8, label=plots.visits_label(coverage))
     plots.draw_curves(right, [run, *others], "cells visited")
-    right.legend(loc="lower right" if coverage.share > 0.5 else "upper left", bbox_to_anchor=(0, 0, 1, 0.92))
+    right.legend(loc="upper center", bbox_to_anchor=(0.5, -0.16), ncols=5, columnspacing=1.2)
     step, image = strip(run)
     for axes, number, frame in zip(below.subplots(1, STRIP), step, image):
         axes.imshow(frame)
