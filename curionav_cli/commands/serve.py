@@ -59,7 +59,8 @@ class Service(Exploration):
             def learned(position: int, arrival: Arrival) -> None:
                 began, marker = clocks(), arrival.marker
                 metrics = {**learn(position, arrival.episode), "seq": marker.seq, "weights_version": marker.weights}
-                recorder.lived(position, arrival.episode, {**metrics, **spent("learning", began, clocks())})
+                seconds = {**spent("acting", began, began), **spent("learning", began, clocks())}  # it acted elsewhere
+                recorder.lived(position, arrival.episode, {**metrics, **seconds})
 
             self.trainer(agent, ledger, learned, first).serve()
             left = ledger.refused()

@@ -7,6 +7,7 @@ import re
 REASONS = (  # the first that is found
     (r"RequestTimeTooSkewed|RequestExpired|difference between the request time",
      "it says that this machine's clock is wrong: set it"),
+    (r"Error parsing Path|InvalidPath|parse path", "it holds an object with a name that leads elsewhere: remove that"),
     (r"NoSuchBucket", "it has no such bucket"),
     (r"No space left|os error 28\b|StorageFull|Quota|QuotaExceeded|InsufficientStorage|\b507\b", "it is full"),
     (r"InvalidAccessKeyId|SignatureDoesNotMatch|AccessDenied|InvalidToken|ExpiredToken|Unauthenticated|\b40[13] ",

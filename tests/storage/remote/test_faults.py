@@ -7,8 +7,8 @@ import shutil
 from pathlib import Path
 
 import pytest
-from storage.remote.bad_server import BadServer, Fault
-from storage.remote.conftest import Place, a_place, free_port
+from bad_server import BadServer, Fault
+from servers import Place, a_place, free_port
 from storage.remote.pair import Pair
 
 from curionav_cli.errors import RunFailed, Unreachable
