@@ -1,5 +1,6 @@
 PYTHON ?= python3
 EPISODES ?= 8
+WORKERS ?= 2
 READY := .venv/.ready
 
 export OMP_NUM_THREADS ?= 1
@@ -57,7 +58,7 @@ help:
 	@echo "make figures   every figure and table of the paper: SCALE=smoke minutes, cpu days, paper weeks on a GPU"
 	@echo "               one of them: make $(FIGURES) $(TABLES)"
 	@echo "make comparison  ours, C-BET and the baselines: SCALE=cpu, five seeds, hours"
-	@echo "make test      set up, then run the tests"
+	@echo "make test      set up, then run the tests, two files at a time (WORKERS=4: four)"
 	@echo "make setup     virtual environment in .venv, versions pinned by constraints.txt"
 	@echo "make lint      ruff and mypy"
 	@echo "make clean     remove .venv and caches; outputs/ stays"
@@ -141,7 +142,7 @@ comparison: $(RUNS)/many/.done
 	$(CURIONAV) compare $(RUNS)/many baseline=random out=$(FIG)/comparison
 
 test: $(READY)
-	.venv/bin/python -m pytest -q
+	.venv/bin/python -m pytest -q -n $(WORKERS) --dist loadfile
 
 lint: $(READY)
 	.venv/bin/ruff check .
