@@ -13,7 +13,7 @@ import typer
 
 from curionav_cli import __version__
 from curionav_cli.commands.settings_help import Kind, Part, SettingsCommand
-from curionav_cli.errors import RunFailed, UserError
+from curionav_cli.errors import RunFailed, Terminated, UserError
 
 SETTINGS = {"help_option_names": ["-h", "--help"], "ignore_unknown_options": True}
 
@@ -105,11 +105,12 @@ def resume(
     folder: Annotated[Path, typer.Argument(metavar="DIR", help="The folder of a run or a sweep.")],
     changes: Annotated[list[str] | None, typer.Argument(
         metavar="[loop.episodes=N]", help="Live longer than was planned.", show_default=False)] = None,
+    failed: Annotated[bool, typer.Option("--failed", help="Of a sweep: run what failed again, too.")] = False,
 ) -> None:
-    """Go on with an interrupted run, or with every run of a sweep."""
+    """Go on with an interrupted run, or with every run of a sweep that was interrupted or never began."""
     from curionav_cli.commands import resume
 
-    raise typer.Exit(resume.run(folder, changes or []))
+    raise typer.Exit(resume.run(folder, changes or [], failed))
 
 
 @app.command()
@@ -160,7 +161,7 @@ def unfinished(command: str, what: str) -> None:
 
 
 def main(arguments: list[str] | None = None) -> Any:
-    """Exit codes: 0 done, 1 the run failed, 2 wrong use or config, 130 interrupted."""
+    """Exit codes: 0 done, 1 the run failed, 2 wrong use or config, 130 interrupted, 143 stopped by SIGTERM."""
     for name, value in (("OMP_WAIT_POLICY", "PASSIVE"), ("OMP_NUM_THREADS", "1")):
         os.environ.setdefault(name, value)  # one thread a run: spinning threads cost up to 33 times
     warnings.formatwarning = lambda message, *where, **more: f"warning: {message}\n"
@@ -170,5 +171,7 @@ def main(arguments: list[str] | None = None) -> Any:
         code, message = 2, str(error)
     except RunFailed as error:
         code, message = 1, str(error)
+    except Terminated as error:
+        code, message = 143, str(error)
     print(message, file=sys.stderr)
     sys.exit(code)

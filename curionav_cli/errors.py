@@ -5,7 +5,8 @@
     ├── SceneError            a scene file in conf/env
     ├── MapError              a ROS map (YAML and image)
     └── RunFolderError        not a run folder, half written, another environment or agent
-    RunFailed                 exit code 1: the run began and could not go on (full disk, non-finite loss)
+    RunFailed                 exit code 1: the run began and could not go on (full disk, no memory, non-finite loss)
+    Terminated                exit code 143: SIGTERM; like KeyboardInterrupt no Exception, so that nothing swallows it
 
 What goes wrong between robot and server ends no run; who meets it goes on with what it has:
 
@@ -49,3 +50,11 @@ class WeightsRefused(Exception):
 
 class EpisodeRefused(Exception):
     """An episode that came and cannot be used."""
+
+
+class Terminated(BaseException):
+    """SIGTERM: somebody wants the machine. What was saved is whole, and the run can be resumed."""
+
+
+class SoundnessWarning(UserWarning):
+    """Something on the disk is broken; what is sound is used instead."""

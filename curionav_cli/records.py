@@ -34,6 +34,7 @@ class Pose(NamedTuple):
 
 ORIGIN = Pose(0.0, 0.0, 0.0)
 ACTIONS = (0, 1, 2)  # forward, left, right
+SEAL = "crc32"  # the key of a JSON file's checksum
 
 
 @dataclass(frozen=True)
@@ -229,6 +230,14 @@ def checksum(path: Path) -> str:
     return f"{zlib.crc32(json.dumps(held).encode()):08x}"
 
 
+def refuse_broken(path: Path) -> None:
+    """Raises RunFolderError where an npz is not what was saved, by the checksums that it holds."""
+    with opened(path) as archive:
+        bad = archive.testzip()
+        if bad:
+            raise ValueError(f"{bad} is broken")
+
+
 @contextmanager
 def opened(path: Path) -> Iterator[zipfile.ZipFile]:
     """An npz to read from. Raises RunFolderError for what is found broken or missing meanwhile."""
@@ -256,11 +265,23 @@ def header(raw: bytes) -> tuple[tuple[int, ...], bool, np.dtype]:
 
 
 def read_json(path: Path) -> Any:
-    """What a JSON file holds. Raises RunFolderError where it is missing or broken."""
+    """What a JSON file holds. Raises RunFolderError where it is missing or broken, or not what `sealed` sealed."""
     try:
-        return json.loads(path.read_text())
-    except (OSError, ValueError) as error:
+        held = json.loads(path.read_text())
+    except (OSError, ValueError, RecursionError) as error:
         raise RunFolderError(f"{path} cannot be read ({error}). Restore it from a copy.") from error
+    if isinstance(held, dict) and SEAL in held and held.pop(SEAL) != seal(held):
+        raise RunFolderError(f"{path} cannot be read (its checksum is another one). Restore it from a copy.")
+    return held
+
+
+def sealed(held: dict[str, Any]) -> str:
+    """JSON with a checksum of itself, by which read_json finds a flipped bit."""
+    return json.dumps({**held, SEAL: seal(held)}, indent=2)
+
+
+def seal(held: dict[str, Any]) -> str:
+    return f"{zlib.crc32(json.dumps(held).encode()):08x}"
 
 
 def write_whole(path: Path, body: Callable[[IO[bytes]], object]) -> None:

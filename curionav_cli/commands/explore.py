@@ -18,6 +18,7 @@ from curionav_cli.config.schema import Config, Learner
 from curionav_cli.config.settings import settings_yaml
 from curionav_cli.errors import ConfigError
 from curionav_cli.loop import LearnHere, live
+from curionav_cli.records import refuse_broken
 from curionav_cli.results.coverage import cover
 from curionav_cli.storage import checkpoint
 from curionav_cli.storage.replay import Replay
@@ -64,6 +65,11 @@ class Exploration:
     def create(self, about: dict[str, Any]) -> None:
         about = {**about, "engine": self.settings.env.engine.value}
         self.run.create(settings_yaml(self.settings), self.fixed, about, self.world.plan)
+
+    def built_on(self, done: int) -> None:
+        self.run.refuse_gaps(done)
+        for path in self.run.episode_paths()[:done]:
+            refuse_broken(path)
 
     def rewind(self, done: int) -> None:
         self.run.rewind(done)

@@ -6,12 +6,18 @@ import sys
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
+from curionav_cli.commands import aftermath
+from curionav_cli.commands.endings import stoppable
+from curionav_cli.commands.overview import shown
 from curionav_cli.config import launch as hydra_launch
 from curionav_cli.config.job import Job, Outcome, Work
 from curionav_cli.config.preflight import Check, plan
+from curionav_cli.config.schema import Config
 from curionav_cli.config.sources import opened
-from curionav_cli.errors import RunFailed
+from curionav_cli.errors import RunFailed, Terminated
+from curionav_cli.storage.run_folder import RunFolder
 
 INTERRUPTED = 130
 
@@ -20,7 +26,10 @@ Summary = Callable[[Path, list[Outcome]], None]
 
 @dataclass(frozen=True)
 class Request:
-    """One command line. cfg: job, hydra or all; info: one of Hydra's kinds; None runs."""
+    """One command line. cfg: job, hydra or all; info: one of Hydra's kinds; None runs.
+
+    spare_failed: a run that has failed before is left as it is.
+    """
 
     command: str
     overrides: list[str]
@@ -30,6 +39,19 @@ class Request:
     resolve: bool = False
     info: str | None = None
     config_dir: Path | None = None
+    spare_failed: bool = False
+
+
+@dataclass(frozen=True)
+class Sparing:
+    """`work` for all runs but those that have failed before."""
+
+    work: Work
+
+    def __call__(self, settings: Config, folder: Path) -> dict[str, Any]:
+        if RunFolder(folder).status.get("state") == "failed":
+            raise RunFailed(f"failed before. To run it again: curionav resume {folder.parent} --failed")
+        return self.work(settings, folder)
 
 
 def launch(request: Request, work: Work, summary: Summary, check: Check | None = None) -> int:
@@ -40,7 +62,7 @@ def launch(request: Request, work: Work, summary: Summary, check: Check | None =
     summary(folder, outcomes): the last lines; called after failures and interruptions too.
     """
     shows = request.cfg or request.info
-    with opened(request.command, request.config_dir) as hydra:
+    with opened(request.command, request.config_dir) as hydra, stoppable():
         todo = plan(hydra, request.overrides, request.multirun, None if shows else check)
         if request.info:
             hydra_launch.show_info(hydra, todo, request.info)
@@ -48,16 +70,23 @@ def launch(request: Request, work: Work, summary: Summary, check: Check | None =
             hydra_launch.show_config(hydra, todo, request.cfg, request.package, request.resolve)
         if shows:
             return 0
-        outcomes: list[Outcome] = []
+        outcomes, broken, kills = [], None, aftermath.memory_kills()
         try:
-            outcomes = hydra_launch.run(hydra, todo, Job(work))
-        except KeyboardInterrupt:
-            print(f"Interrupted. To go on: curionav resume {todo.folder}", file=sys.stderr)
-            return INTERRUPTED
-        except Exception as error:  # a job reports its own: this is the launcher, or the folder
-            raise RunFailed(f"{todo.folder} could not be run: {type(error).__name__}: {error}") from error
-        finally:
-            summary(todo.folder, outcomes)
+            with shown(todo):
+                outcomes = hydra_launch.run(hydra, todo, Job(Sparing(work) if request.spare_failed else work))
+        except Terminated:
+            raise Terminated(f"Stopped by SIGTERM. {aftermath.to_go_on(todo.folder)}") from None
+        except (Exception, KeyboardInterrupt) as error:  # a job reports its own: this is the launcher, or the folder
+            broken = error
+            aftermath.note_killed(todo.folder, aftermath.why(error, kills))
+        aftermath.note_failures(outcomes)
+        summary(todo.folder, outcomes)
+    if isinstance(broken, KeyboardInterrupt):
+        print(f"Interrupted. {aftermath.to_go_on(todo.folder)}", file=sys.stderr)
+        return INTERRUPTED
+    if broken:
+        raise RunFailed(f"{todo.folder} could not be run: {aftermath.why(broken, kills)}. "
+                        f"{aftermath.to_go_on(todo.folder)}") from broken
     return report(request, outcomes, swept=todo.multirun)
 
 

@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import errno
 import hashlib
 from collections.abc import Sequence
-from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 from typing import Any, Protocol
@@ -13,9 +11,11 @@ from typing import Any, Protocol
 import yaml
 
 from curionav_cli.agents.agent import Agent
+from curionav_cli.commands.endings import ended, stoppable
+from curionav_cli.commands.progress import say
 from curionav_cli.config.schema import Config
 from curionav_cli.config.settings import settings_yaml
-from curionav_cli.errors import RunFailed, RunFolderError
+from curionav_cli.errors import RunFolderError
 from curionav_cli.records import FloorPlan, read_json
 from curionav_cli.storage import checkpoint, provenance
 from curionav_cli.storage.run_folder import RunFolder
@@ -40,6 +40,9 @@ class Undertaking(Protocol):
     def create(self, about: dict[str, Any]) -> None:
         """Begin the folder; about: for run.json."""
 
+    def built_on(self, done: int) -> None:
+        """Raises RunFolderError where the first `done` units are not there, or not whole."""
+
     def rewind(self, done: int) -> None:
         """Forget what came after the first `done` units."""
 
@@ -53,13 +56,13 @@ def see_through(command: str, task: Undertaking) -> RunFolder:
     Raises UserError before anything is written, RunFailed where the run cannot go on.
     """
     run, found = task.run, None
-    with run.alone():
+    with run.alone(), stoppable():
         begun = run.config.is_file()
         if begun:
             checkpoint.refuse_changes(run.path, read_json(run.path / "fixed.json"), task.fixed)
-            found = checkpoint.newest(run.checkpoints, task.fixed)
-        if found and found[0] >= task.total and run.status.get("state") == "done":
-            return run
+            if finished(task):
+                return run
+            found = newest(task)
         agent = task.agent()
         try:
             if begun:
@@ -77,28 +80,32 @@ def see_through(command: str, task: Undertaking) -> RunFolder:
     return run
 
 
+def finished(task: Undertaking) -> bool:
+    """Whether nothing is left to do; a broken status does not say so."""
+    whole = checkpoint.finished(task.run.checkpoints)
+    try:
+        return bool(whole) and int(whole[-1].name) >= task.total and task.run.status.get("state") == "done"
+    except RunFolderError:
+        return False
+
+
+def newest(task: Undertaking) -> tuple[int, Path] | None:
+    """The checkpoint to go on from; None where the run ended before its first one."""
+    found = checkpoint.newest(task.run.checkpoints, task.fixed, task.built_on)
+    if not found and len(task.run.metrics()) > 1:
+        raise RunFolderError(f"{task.run.checkpoints} holds no whole checkpoint of what was done. "
+                             "Restore it from a copy, or start a new run in another folder.")
+    return found
+
+
 def go_on(task: Undertaking, agent: Agent, found: tuple[int, Path] | None) -> None:
     """Put the run back to its newest checkpoint."""
     done, folder = found or (0, None)
     task.rewind(done)
     if folder:
         agent.load(folder)
-    print(f"{task.run.path}: goes on after {done} finished {task.unit}{'' if done == 1 else 's'}", flush=True)
+    say(f"{task.run.path}: goes on after {done} finished {task.unit}{'' if done == 1 else 's'}")
     task.run.write("config.yaml", settings_yaml(task.settings))  # it may have become longer
-
-
-def ended(run: RunFolder, error: BaseException) -> BaseException:
-    """Note in status.json how the run ended; the error to raise for it."""
-    state, line = "failed", f"{type(error).__name__}: {error}"
-    if isinstance(error, KeyboardInterrupt):
-        state, line = "interrupted", "interrupted by Ctrl-C"
-    elif isinstance(error, OSError) and error.errno in (errno.ENOSPC, errno.EDQUOT):
-        error = RunFailed(f"The disk is full; what was saved in {run.path} is whole. "
-                          f"Free some space, then: curionav resume {run.path}")
-        line = str(error)
-    with suppress(OSError, RunFolderError):  # on a full disk the status stays what it was
-        run.set_status(state=state, error=line)
-    return error
 
 
 def rooted(settings: Config) -> Config:

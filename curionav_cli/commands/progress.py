@@ -1,4 +1,7 @@
-"""How a running run shows itself: a live line on a terminal, one plain line an episode or a save elsewhere."""
+"""How a running run shows itself: a live line on a terminal, one plain line an episode or a save elsewhere.
+
+Runs beside each other on one terminal are silent: overview.py shows them all.
+"""
 
 from __future__ import annotations
 
@@ -34,9 +37,7 @@ class Line:
         did = self.done - self.first
         if not did:
             return "?"
-        seconds = (time.perf_counter() - self.began) / did * (self.total - self.done)
-        return f"{seconds // 3600:.0f} h {seconds // 60 % 60:02.0f} min" if seconds >= 3600 else \
-            f"{seconds // 60:.0f} min {seconds % 60:02.0f} s"
+        return duration((time.perf_counter() - self.began) / did * (self.total - self.done))
 
     def close(self) -> None:
         """The run is over."""
@@ -69,10 +70,26 @@ class LiveLine(Line):
 
 
 def line(label: str, first: int, total: int) -> Line:
-    """The live line where a person sees it; jobs that run beside each other print plain lines."""
-    alone = multiprocessing.parent_process() is None
-    kind = LiveLine if alone and sys.stdout.isatty() else PlainLine
-    return kind(label, first, total)
+    """The live line where a person sees it; of jobs that run beside each other a person sees the overview."""
+    kinds = (Line if beside() else LiveLine) if sys.stdout.isatty() else PlainLine
+    return kinds(label, first, total)
+
+
+def beside() -> bool:
+    """Whether this process is one of several that a launcher has started."""
+    return multiprocessing.parent_process() is not None
+
+
+def say(text: str) -> None:
+    """A line of its own, where it does not break the overview."""
+    if not (beside() and sys.stdout.isatty()):
+        print(text, flush=True)
+
+
+def duration(seconds: float) -> str:
+    """'3 h 07 min' or '2 min 05 s'"""
+    return f"{seconds // 3600:.0f} h {seconds // 60 % 60:02.0f} min" if seconds >= 3600 else \
+        f"{seconds // 60:.0f} min {seconds % 60:02.0f} s"
 
 
 class Living:

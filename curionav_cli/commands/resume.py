@@ -18,25 +18,30 @@ from curionav_cli.commands.launch import INTERRUPTED, Request
 from curionav_cli.config.preflight import pin
 from curionav_cli.config.schema import Remote
 from curionav_cli.config.settings import read_settings
-from curionav_cli.errors import ConfigError, RunFailed, RunFolderError, UserError
+from curionav_cli.errors import ConfigError, RunFailed, RunFolderError, Terminated, UserError
 from curionav_cli.records import read_json
 from curionav_cli.storage.run_folder import RunFolder
 
 # A run may be longer than planned, files may move, machines differ in memory, and CUDA graphs may fail.
 ANY = ("env.map", "env.overlay", "loop.replay_memory", "compile")
+BEGUN = Path(".hydra", "hydra.yaml")  # Hydra writes it first of all
+PINNED = ("hydra.sweep.dir", "hydra.run.dir", "hydra.mode")
 MET = ("storage", *(f"remote.{field.name}" for field in fields(Remote)))  # where robot and server meet
 MAY_CHANGE = {"explore": ("loop.episodes", *ANY, *MET), "train": ("loop.iterations", "data", *ANY, *MET),
               "dock": ("dock.requests", *ANY)}
 COMMANDS = {"explore": explore, "train": train, "dock": dock}
 
 
-def run(folder: Path, changes: list[str]) -> int:
+def run(folder: Path, changes: list[str], failed: bool = False) -> int:
     """Go on with the run or the sweep in `folder`; changes: ["loop.episodes=20"]. The exit code.
 
+    failed: the failed runs of a sweep are run again too; a run that is named itself always is.
     Raises UserError before anything is written, RunFailed where the run cannot go on.
     """
     if (folder / "multirun.yaml").is_file():
-        return resume_sweep(folder.resolve(), changes)
+        return again(folder / "multirun.yaml", folder.resolve(), changes, multirun=True, failed=failed)
+    if (folder / BEGUN).is_file() and not (folder / "config.yaml").is_file():
+        return again(folder / BEGUN, folder.resolve(), changes, multirun=False, failed=True)
     one = RunFolder.existing(folder)
     command = shlex.split(read_json(folder / "run.json")["command"])[1]
     refuse_others(command, changes)
@@ -48,6 +53,8 @@ def run(folder: Path, changes: list[str]) -> int:
     except KeyboardInterrupt:
         print(f"Interrupted. To go on: curionav resume {folder}", file=sys.stderr)
         return INTERRUPTED
+    except Terminated:
+        raise Terminated(f"Stopped by SIGTERM. To go on: curionav resume {folder}") from None
     module.summary(folder, [])
     return 0
 
@@ -61,22 +68,25 @@ def refuse_others(command: str, changes: list[str]) -> None:
                               f"change, not {key}. Start a new run for another one.")
 
 
-def resume_sweep(folder: Path, changes: list[str]) -> int:
-    """Sweep again into the same folders: what is done returns at once, what never began begins."""
+def again(note: Path, folder: Path, changes: list[str], multirun: bool, failed: bool) -> int:
+    """Type the command that Hydra noted once more, into the same folder.
+
+    Of a sweep what is done returns at once, and what never began begins; a run was killed before it had begun.
+    """
     try:
-        noted = yaml.safe_load((folder / "multirun.yaml").read_text())["hydra"]
+        noted = yaml.safe_load(note.read_text())["hydra"]
         overrides, where = noted["overrides"], Path(noted["runtime"]["cwd"])
         command = noted["job"]["name"]
         module: Any = COMMANDS[command]
         own = [Path(source["path"]) for source in noted["runtime"]["config_sources"] if source["provider"] == "user"]
     except (yaml.YAMLError, KeyError, TypeError) as error:
-        raise RunFolderError(f"{folder / 'multirun.yaml'} does not hold a sweep ({error}).") from error
+        raise RunFolderError(f"{note} does not hold what was typed ({error}).") from error
     refuse_others(command, changes)
     keys = {change.partition("=")[0] for change in changes}
     words = [word for word in overrides["task"] if word.partition("=")[0] not in keys]
-    hydra = [word for word in overrides["hydra"] if word.partition("=")[0] not in ("hydra.sweep.dir", "hydra.mode")]
-    request = Request(command, [*words, *changes, *hydra, pin(str(folder), multirun=True)], multirun=True,
-                      config_dir=own[0] if own else None)
+    hydra = [word for word in overrides["hydra"] if word.partition("=")[0] not in PINNED]
+    request = Request(command, [*words, *changes, *hydra, pin(str(folder), multirun)], multirun,
+                      config_dir=own[0] if own else None, spare_failed=not failed)
     with chdir(where if where.is_dir() else folder):
         return module.run(request)
 

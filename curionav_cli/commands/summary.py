@@ -73,8 +73,9 @@ def show_sweep(root: Path, folders: Sequence[Path], console: Console) -> None:
             console.print(f"[bold]{row['state']}[/]: {row['folder']}: {row['error']}", soft_wrap=True)
     print_files(console, root, [*made, "table.md", "results.csv"])
     on = f"curionav resume {shlex.quote(str(root))}"
-    done = all(row["state"] == "done" for row in rows)
-    print_next(console, [f"{on} loop.episodes=50   (the same runs, longer)" if done else on,
+    states = {row["state"] for row in rows}
+    print_next(console, [f"{on} loop.episodes=50   (the same runs, longer)" if states == {"done"} else
+                         f"{on} --failed   (what failed, once more)" if "failed" in states else on,
                          f"curionav compare {shlex.quote(str(root))}   (how sure it is, and report.html)",
                          "curionav explore -m agent=lbs_dreamer,random,bounce seed=0,1,2,3,4 launcher=cores",
                          "curionav explore --help   (every setting)"])

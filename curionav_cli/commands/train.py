@@ -67,12 +67,13 @@ class Training:
     def create(self, about: dict[str, Any]) -> None:
         self.run.create(settings_yaml(self.settings), self.fixed, about, plan=None)
 
-    def rewind(self, done: int) -> None:
-        rows = [row for row in self.run.metrics() if row["iterations"] <= done]
-        if done and (not rows or rows[-1]["iterations"] != done):
+    def built_on(self, done: int) -> None:
+        if not any(row["iterations"] == done for row in self.run.metrics()):
             raise RunFolderError(f"{self.run.metrics_file} does not reach iteration {done}, so the run cannot go on. "
                                  "Restore it from a copy.")
-        self.run.write_metrics(rows)
+
+    def rewind(self, done: int) -> None:
+        self.run.write_metrics([row for row in self.run.metrics() if row["iterations"] <= done])
 
     def work(self, agent: Agent, first: int) -> None:
         """From iteration `first` to the last."""

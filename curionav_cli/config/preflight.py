@@ -26,12 +26,16 @@ COMPOSED = 16  # jobs; of a larger sweep each value is still composed once
 
 @dataclass(frozen=True)
 class Plan:
-    """What will run. overrides: for Hydra, with the folder pinned. jobs: the overrides of each job."""
+    """What will run. overrides: for Hydra, with the folder pinned. jobs: the overrides of each job.
+
+    beside: whether the jobs run in other processes than this one.
+    """
 
     overrides: list[str]
     multirun: bool
     folder: Path
     jobs: list[list[str]]
+    beside: bool = False
 
 
 Check = Callable[[Config], None]
@@ -51,7 +55,8 @@ def plan(hydra: Hydra, words: list[str], multirun: bool, check: Check | None = N
             with naming(f"env/{settings.env.name}.yaml", mistakes.file(f"env/{chosen}")):
                 check(settings)
     folder = output_folder(master, multirun)
-    return Plan(words + [pin(folder, multirun)], multirun, Path(folder), jobs)
+    beside = multirun and not master.hydra.launcher._target_.endswith("BasicLauncher")
+    return Plan(words + [pin(folder, multirun)], multirun, Path(folder), jobs, beside)
 
 
 def compose(hydra: Hydra, mistakes: Mistakes, job: list[str]) -> tuple[Config, str]:

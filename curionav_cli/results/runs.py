@@ -108,7 +108,7 @@ class Run:
         mix = Counter(self.actions())
         steps = max(1, sum(mix.values()))
         return {
-            "env": self.env, "agent": self.agent, "seed": self.seed, "state": status.get("state"),
+            "env": self.env, "agent": self.agent, "seed": self.seed, "state": self.folder.state,
             "episodes": len(metrics), "steps": self.coverage.steps, "marking": self.rule,
             "denominator": self.denominator, "visited": self.coverage.visited, "cells": self.coverage.total,
             "coverage": self.coverage.share, "area_under_curve": self.curve.area(),

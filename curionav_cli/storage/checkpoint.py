@@ -4,23 +4,27 @@
         000003/            after three finished episodes (of curionav train: iterations)
             settings.json  the settings that the run may not change when it goes on
             ...            what agent.save wrote
+            checksums.json of all these files (SHA-256)
             done           empty, written last
         000004/            the newest; the one before it is kept
 """
 
 from __future__ import annotations
 
+import hashlib
 import json
 import os
 import shutil
+import warnings
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from curionav_cli.errors import RunFolderError
+from curionav_cli.errors import RunFolderError, SoundnessWarning
 from curionav_cli.records import read_json
 
 KEPT = 2
+CHECKSUMS = "checksums.json"
 
 
 def save(root: Path, done: int, settings: dict[str, Any], write: Callable[[Path], None]) -> None:
@@ -30,6 +34,7 @@ def save(root: Path, done: int, settings: dict[str, Any], write: Callable[[Path]
     beside.mkdir(parents=True)
     (beside / "settings.json").write_text(json.dumps(settings, sort_keys=True))
     write(beside)
+    (beside / CHECKSUMS).write_text(json.dumps(checksums(beside)))
     for file in beside.rglob("*"):
         flush(file)
     (beside / "done").touch()
@@ -62,13 +67,44 @@ def finished(root: Path) -> list[Path]:
     return sorted(whole, key=lambda folder: int(folder.name))
 
 
-def newest(root: Path, settings: dict[str, Any]) -> tuple[int, Path] | None:
-    """(finished episodes or iterations, folder) to go on from. Raises RunFolderError where the settings differ."""
-    folders = finished(root)
-    if not folders:
-        return None
-    refuse_changes(root.parent, read_json(folders[-1] / "settings.json"), settings)
-    return int(folders[-1].name), folders[-1]
+def checksums(folder: Path) -> dict[str, str]:
+    """Of every file in it, by name."""
+    return {path.relative_to(folder).as_posix(): hashlib.sha256(path.read_bytes()).hexdigest()
+            for path in sorted(folder.rglob("*")) if path.is_file() and path.name not in (CHECKSUMS, "done")}
+
+
+def newest(root: Path, settings: dict[str, Any], built_on: Callable[[int], object] = int) -> tuple[int, Path] | None:
+    """(finished episodes or iterations, folder) to go on from: the newest that is whole, with a warning for others.
+
+    built_on(done) raises RunFolderError where what the checkpoint builds on is broken, as its episodes may be.
+    Raises RunFolderError where none is whole, or where the settings differ.
+    """
+    faults: list[RunFolderError] = []
+    for folder in reversed(finished(root)):
+        try:
+            refuse_broken(folder)
+            built_on(int(folder.name))
+        except RunFolderError as error:
+            faults.append(error)
+            continue
+        refuse_changes(root.parent, read_json(folder / "settings.json"), settings)
+        for fault in faults:
+            warnings.warn(f"{fault} Until then: the checkpoint after {int(folder.name)} is whole, and the run goes on "
+                          "from there.", SoundnessWarning, stacklevel=2)
+        return int(folder.name), folder
+    if faults:
+        raise faults[0]
+    return None
+
+
+def refuse_broken(folder: Path) -> None:
+    """Raises RunFolderError that names the file which is not as it was saved; early checkpoints noted nothing."""
+    if not (folder / CHECKSUMS).exists():
+        return
+    noted, now = read_json(folder / CHECKSUMS), checksums(folder)
+    for name in sorted(noted.keys() | now.keys()) if isinstance(noted, dict) else [CHECKSUMS]:
+        if not isinstance(noted, dict) or noted.get(name) != now.get(name):
+            raise RunFolderError(f"{folder / name} is not whole (its checksum is another one). Restore it from a copy.")
 
 
 def refuse_changes(run: Path, was: dict[str, Any], now: dict[str, Any]) -> None:

@@ -17,16 +17,20 @@ from __future__ import annotations
 
 import fcntl
 import json
+import os
+import platform
+import time
+import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
+from typing import IO, Any
 
 import numpy as np
 import yaml
 
-from curionav_cli.errors import RunFolderError
-from curionav_cli.records import Episode, FloorPlan, Foresight, read_arrays, read_json, write_whole
+from curionav_cli.errors import RunFolderError, SoundnessWarning
+from curionav_cli.records import Episode, FloorPlan, Foresight, read_arrays, read_json, sealed, write_whole
 
 LOADER = getattr(yaml, "CSafeLoader", yaml.SafeLoader)  # ten times as fast, where libyaml is
 
@@ -56,12 +60,24 @@ class RunFolder:
     def alone(self) -> Iterator[None]:
         """Keep every other process out. Raises RunFolderError where one is in already."""
         self.path.mkdir(parents=True, exist_ok=True)
-        with open(self.path / ".lock", "w") as lock:
-            try:
-                fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
-            except BlockingIOError:
-                raise RunFolderError(f"{self.path} is lived by another process. Wait for it, or stop it.") from None
+        with open(self.path / ".lock", "a+") as lock:
+            if not locked(lock, patience=0.5):
+                lock.seek(0)
+                who = lock.read().strip() or "another process"
+                raise RunFolderError(f"{self.path} is lived by {who}. Wait for it, or stop it.")
+            lock.truncate(0)
+            lock.write(f"process {os.getpid()} on {platform.node()}")
+            lock.flush()
             yield
+
+    @property
+    def alive(self) -> bool:
+        """Whether a process is in it now."""
+        try:
+            with open(self.path / ".lock") as lock:
+                return not locked(lock)
+        except FileNotFoundError:
+            return False
 
     @classmethod
     def found(cls, path: Path) -> list[RunFolder]:
@@ -107,7 +123,19 @@ class RunFolder:
         return read_json(path) if path.exists() else {}
 
     def set_status(self, **changes: Any) -> None:
-        self.write("status.json", json.dumps({**self.status, **changes}, indent=2))
+        """A broken one is begun anew: all that stands in it is counted again by who goes on with the run."""
+        try:
+            before = self.status
+        except RunFolderError as error:
+            warnings.warn(f"{error} It is written anew.", SoundnessWarning, stacklevel=2)
+            before = {}
+        self.write("status.json", sealed({**before, **changes}))
+
+    @property
+    def state(self) -> str:
+        """running, done, failed or interrupted; what was killed could not say so, and is interrupted too."""
+        state = str(self.status.get("state", "interrupted"))
+        return "interrupted" if state == "running" and not self.alive else state
 
     @property
     def plan(self) -> FloorPlan:
@@ -162,17 +190,34 @@ class RunFolder:
     def write_metrics(self, rows: list[dict[str, Any]]) -> None:
         self.write("metrics.jsonl", "".join(json.dumps(row) + "\n" for row in rows))
 
-    def rewind(self, episodes: int) -> None:
-        """Forget what came after the first `episodes` episodes. Raises RunFolderError if one is missing."""
-        paths = self.episode_paths()
+    def refuse_gaps(self, episodes: int) -> None:
+        """Raises RunFolderError where one of the first `episodes` episodes, or its metrics, is missing."""
+        paths, rows = self.episode_paths(), self.metrics()
         if len(paths) < episodes:
             raise RunFolderError(f"{self.episode_path(len(paths))} is missing, so the run cannot go on. "
                                  "Restore it from a copy.")
-        rows = self.metrics()
-        if len(rows) < episodes:
+        if [row.get("episode") for row in rows[:episodes]] != list(range(episodes)):
             raise RunFolderError(f"{self.metrics_file} ends after {len(rows)} of {episodes} episodes, "
                                  "so the run cannot go on. Restore it from a copy.")
+
+    def rewind(self, episodes: int) -> None:
+        """Forget what came after the first `episodes` episodes. Raises RunFolderError if one is missing."""
+        self.refuse_gaps(episodes)
+        paths, rows = self.episode_paths(), self.metrics()
         later = [path for index, path in self.foresight_paths().items() if index >= episodes]
         for path in paths[episodes:] + later:
             path.unlink()
         self.write_metrics(rows[:episodes])
+
+
+def locked(file: IO[str], patience: float = 0.0) -> bool:
+    """Whether the lock on this open file is ours now; who only asks whether it is free holds it for a moment."""
+    until = time.monotonic() + patience
+    while True:
+        try:
+            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            return True
+        except BlockingIOError:
+            if time.monotonic() >= until:
+                return False
+            time.sleep(0.05)

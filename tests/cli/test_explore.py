@@ -33,7 +33,7 @@ def metrics(run: Path) -> list[dict]:
 
 
 def status(run: Path) -> dict:
-    return json.loads((run / "status.json").read_text())
+    return RunFolder(run).status
 
 
 def test_a_run_folder_holds_what_scripts_rely_on(cli: Cli, tmp_path: Path) -> None:
@@ -266,7 +266,7 @@ def test_a_second_process_is_kept_out(cli: Cli, tmp_path: Path) -> None:
     assert cli("explore", *SHORT, "agent=random", "hydra.run.dir=run").code == 0
     with RunFolder(tmp_path / "run").alone():
         refused = cli("resume", "run", "loop.episodes=4")
-    assert refused.code == 2 and "is lived by another process" in refused.error
+    assert refused.code == 2 and "is lived by process " in refused.error
 
 
 def test_a_changed_overlay_is_refused(cli: Cli, tmp_path: Path) -> None:

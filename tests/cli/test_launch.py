@@ -5,11 +5,14 @@ from __future__ import annotations
 import logging
 import math
 import os
+from functools import partial
+from itertools import chain, repeat
 from pathlib import Path
 
 import pytest
 import standin
 
+from curionav_cli.commands import aftermath
 from curionav_cli.commands.launch import INTERRUPTED, Request, launch
 from curionav_cli.config.agent_schema import Curiosity
 from curionav_cli.config.job import Outcome
@@ -17,6 +20,7 @@ from curionav_cli.config.preflight import plan
 from curionav_cli.config.schema import Config
 from curionav_cli.config.sources import opened
 from curionav_cli.errors import ConfigError, RunFailed
+from curionav_cli.storage.run_folder import RunFolder
 
 Captured = pytest.CaptureFixture[str]
 
@@ -87,6 +91,54 @@ def test_a_failure_does_not_end_the_sweep(told: Told, capsys: Captured, launcher
     assert lines[2] == "2_small_room_random_14: the disk is full"
     log = folder / "0_small_room_random_13" / "explore.log"
     assert str(log) in lines[1] and "Traceback" in log.read_text()
+
+
+def test_a_killed_worker_is_reported_as_such(told: Told, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Its run notes why; what was asked of the queue meanwhile is not lost."""
+    for kills, said in ((3, "(SIGKILL), and not by Linux for want of memory"), (4, "out of memory: Linux killed")):
+        counted = chain([3], repeat(kills))
+        monkeypatch.setattr(aftermath, "memory_kills", partial(next, counted))
+        with pytest.raises(RunFailed) as failed:
+            go(told, "seed=17", "launcher=cores", f"hydra.sweep.dir=sweep{kills}", multirun=True)
+        assert said in str(failed.value) and f"sweep{kills}" in str(failed.value).partition("curionav resume ")[2]
+        status = RunFolder(tmp_path / f"sweep{kills}" / "0_small_room_random_17").status
+        assert status["state"] == "interrupted" and said in status["error"]
+
+
+def test_linux_counts_its_kills() -> None:
+    assert aftermath.memory_kills() >= 0
+    assert Path("/proc/vmstat").exists() == any(
+        line.startswith("oom_kill ") for line in Path("/proc/vmstat").read_text().splitlines())
+
+
+def test_every_worker_has_one_thread(told: Told) -> None:
+    assert go(told, "seed=1,2", "launcher=cores", multirun=True) == 0
+    folder, = {folder for folder, _ in told.calls}
+    assert [path.read_text() for path in folder.glob("*/threads")] == ["1 PASSIVE"] * 2
+
+
+def test_a_failure_without_a_status_gets_one(told: Told) -> None:
+    assert go(told, "seed=13,1", multirun=True) == 1
+    (folder, _), = told.calls
+    status = RunFolder(folder / "0_small_room_random_13").status
+    assert status == {"state": "failed", "error": "ZeroDivisionError: unlucky"}
+
+
+def test_what_failed_before_is_spared(told: Told, capsys: Captured) -> None:
+    words = ["agent=random", "seed=13,1", "hydra.sweep.dir=sweep"]
+    assert go(told, *words[1:], multirun=True) == 1
+    Path("sweep/0_small_room_random_13/explore.log").unlink()
+    capsys.readouterr()
+    assert launch(Request("explore", words, True, spare_failed=True), standin.live, told) == 1
+    assert "failed before. To run it again: curionav resume" in capsys.readouterr().err
+    assert RunFolder(Path("sweep/0_small_room_random_13")).status["error"] == "ZeroDivisionError: unlucky"
+
+
+def test_ctrl_c_names_the_jobs_of_a_queue(tmp_path: Path) -> None:
+    assert aftermath.to_go_on(tmp_path / "a b") == f"To go on: curionav resume '{tmp_path}/a b'"
+    for name in ("7", "12", "%j"):
+        (tmp_path / ".submitit" / name).mkdir(parents=True)
+    assert "To stop them: scancel 7 12\n" in aftermath.to_go_on(tmp_path)
 
 
 FAILURES = [

@@ -61,7 +61,12 @@ def test_the_live_line_fits_eighty_columns_and_has_no_colour_if_none_is_wanted(
     assert "\x1b[3" not in screen.getvalue()  # no colour: the tests run with NO_COLOR
 
 
-def test_jobs_that_run_beside_each_other_print_plain_lines(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(progress.sys.stdout, "isatty", lambda: True, raising=False)
+@pytest.mark.parametrize(("terminal", "kind", "said"), [(True, progress.Line, ""), (False, progress.PlainLine, "hm\n")])
+def test_jobs_that_run_beside_each_other_leave_a_terminal_to_the_overview(
+        monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], terminal: bool, kind: type,
+        said: str) -> None:
+    monkeypatch.setattr(progress.sys.stdout, "isatty", lambda: terminal, raising=False)
     monkeypatch.setattr(progress.multiprocessing, "parent_process", lambda: object())
-    assert type(progress.line("x", 0, 1)) is progress.PlainLine
+    assert type(progress.line("x", 0, 1)) is kind
+    progress.say("hm")
+    assert capsys.readouterr().out == said

@@ -22,6 +22,7 @@ from curionav_cli.commands import train
 from curionav_cli.config.settings import read_settings
 from curionav_cli.records import Episode
 from curionav_cli.storage import checkpoint
+from curionav_cli.storage.run_folder import RunFolder
 
 TINY = tuple(word for word in LEARNER if not word.startswith("loop."))
 
@@ -75,7 +76,7 @@ def rows(run: Path) -> list[dict]:
 
 
 def status(run: Path) -> dict:
-    return json.loads((run / "status.json").read_text())
+    return RunFolder(run).status
 
 
 def leftovers(run: Path) -> dict:

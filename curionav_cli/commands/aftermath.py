@@ -1,0 +1,60 @@
+"""After a sweep: what its runs could not say themselves: they never began, were killed, or still run elsewhere."""
+
+from __future__ import annotations
+
+import re
+import shlex
+from pathlib import Path
+
+from curionav_cli.config.job import Outcome
+from curionav_cli.errors import RunFolderError
+from curionav_cli.storage.run_folder import RunFolder
+
+QUEUED = ".submitit"  # where submitit keeps what it sent to a queue: a folder for each array of jobs
+
+
+def note_failures(outcomes: list[Outcome]) -> None:
+    """A run that failed before it had a status gets one: each failure's reason stands in its own folder."""
+    for outcome in outcomes:
+        run = RunFolder(outcome.folder)
+        if outcome.code and outcome.folder.is_dir() and not (outcome.folder / "status.json").exists():
+            run.set_status(state="failed", error=outcome.error)
+
+
+def note_killed(folder: Path, why: str) -> None:
+    """Runs that say 'running' and have no process any more."""
+    for run in RunFolder.inside(folder):
+        try:
+            killed = run.status.get("state") == "running" and not run.alive
+        except RunFolderError:
+            killed = True
+        if killed:
+            run.set_status(state="interrupted", error=why)
+
+
+def why(error: BaseException, kills: int) -> str:
+    """One line for what a launcher raised. kills: what `memory_kills` counted before."""
+    if isinstance(error, KeyboardInterrupt):
+        return "interrupted by Ctrl-C"
+    text = " ".join(str(error).split())
+    if type(error).__name__ != "TerminatedWorkerError":
+        return f"{type(error).__name__}: {text}"
+    if memory_kills() > kills:
+        return ("out of memory: Linux killed a process of the sweep. Run fewer side by side (hydra.launcher.n_jobs=1), "
+                "or lower loop.replay_memory")
+    signals = re.findall(r"SIG[A-Z]+", text) or ["a signal"]
+    return f"a process of the sweep was killed ({signals[0]}), and not by Linux for want of memory"
+
+
+def memory_kills() -> int:
+    """How many processes Linux has killed for want of memory since it started; 0 elsewhere."""
+    counters = Path("/proc/vmstat")
+    lines = counters.read_text().splitlines() if counters.exists() else []
+    return sum(int(line.split()[1]) for line in lines if line.startswith("oom_kill "))
+
+
+def to_go_on(folder: Path) -> str:
+    """What to type, after the queue's own jobs were stopped: they outlive the process that sent them."""
+    sent = sorted((path.name for path in (folder / QUEUED).glob("*") if path.name.isdecimal()), key=int)
+    stop = f"The jobs in the queue still run. To stop them: scancel {' '.join(sent)}\n" if sent else ""
+    return f"{stop}To go on: curionav resume {shlex.quote(str(folder))}"
