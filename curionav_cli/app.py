@@ -88,6 +88,35 @@ command_with_settings("dock", "Explore, drive home and dock, again and again: en
 command_with_settings("sheet", "Draw a contact sheet of a world: top view, camera images and depth.")
 
 
+@app.command()
+def runs(
+    words: Annotated[list[str] | None, typer.Argument(
+        metavar="[DIR...] [state=STATE] [env=ENV] [agent=AGENT] [seed=N] [sort=KEY]", show_default=False,
+        help="Folders to look through (outputs without any). state=running|done|failed|interrupted|broken; "
+             "sort=age|coverage|size|state|env|agent|seed|run.")] = None,
+) -> None:
+    """List runs with their state, coverage, age and size."""
+    from curionav_cli.commands import runs
+
+    raise typer.Exit(runs.run(words or []))
+
+
+@app.command()
+def doctor() -> None:
+    """Say what is installed, where one can compute, launch and write, and whether a small run repeats itself."""
+    from curionav_cli.commands import doctor
+
+    raise typer.Exit(doctor.run())
+
+
+@app.command()
+def init(folder: Annotated[Path, typer.Argument(metavar="DIR", help="A folder to make, or to add to.")]) -> None:
+    """Make a config directory of your own, with an environment, an agent and an experiment to edit."""
+    from curionav_cli.commands import init
+
+    raise typer.Exit(init.run(folder))
+
+
 @app.command("list")
 def list_options(
     group: Annotated[str | None, typer.Argument(

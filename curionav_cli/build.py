@@ -12,7 +12,7 @@ from curionav_cli.agents.agent import Agent
 from curionav_cli.agents.frontier import Frontier
 from curionav_cli.agents.wanderers import Bounce, Random, Sticky
 from curionav_cli.config.robot_schema import Turtlebot
-from curionav_cli.config.schema import Compile, Config, Device
+from curionav_cli.config.schema import Compile, Config, Device, Logger
 from curionav_cli.config.sources import AGENTS as SCHEMA
 from curionav_cli.errors import ConfigError
 from curionav_cli.robot.env import RobotEnv
@@ -54,6 +54,9 @@ def check(settings: Config) -> None:
     if settings.env.engine.value == "numba" and find_spec("numba") is None:
         raise ConfigError("env.engine=numba needs numba, which is not installed. "
                           "Set env.engine=numpy, or: .venv/bin/pip install -c constraints.txt -e '.[fast]'")
+    if settings.logger is Logger.tensorboard and find_spec("tensorboard") is None:
+        raise ConfigError("logger=tensorboard needs tensorboard, which is not installed. "
+                          "Set logger=local, or: .venv/bin/pip install -c constraints.txt -e '.[tensorboard]'")
     if settings.device is Device.cuda or settings.compile in (Compile.graph, Compile.fused):
         from curionav_cli.agents.device import resolve_device
         from curionav_cli.agents.lbs_dreamer.device import way

@@ -42,3 +42,12 @@ def keep_memory() -> None:
     if sys.platform == "linux" and hasattr(library := ctypes.CDLL(None), "mallopt"):
         library.mallopt(TRIM_THRESHOLD, KEPT)
         library.mallopt(MMAP_THRESHOLD, 2**25)  # the most that it takes
+
+
+def devices() -> list[tuple[str, str]]:
+    """What device=cpu and device=cuda would compute on: name, and what it is."""
+    found = [("device=cpu", f"torch {torch.__version__}, {torch.get_num_threads()} threads")]
+    for index in range(torch.cuda.device_count()):
+        about = torch.cuda.get_device_properties(index)
+        found.append(("device=cuda", f"{about.name}, {about.total_memory / 2**30:.0f} GiB"))
+    return found

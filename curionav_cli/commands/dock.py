@@ -56,18 +56,20 @@ class Homecomings:
     def create(self, about: dict[str, Any]) -> None:
         self.run.create(settings_yaml(self.settings), self.fixed, about, self.world.plan)
 
-    def rewind(self, done: int) -> None:
+    def built_on(self, done: int) -> None:
         rows = self.run.metrics()
         if len(rows) < done:
             raise RunFolderError(f"{self.run.metrics_file} ends after {len(rows)} of {done} homecomings, "
                                  "so the run cannot go on. Restore it from a copy.")
-        self.run.write_metrics(rows[:done])
+
+    def rewind(self, done: int) -> None:
+        self.run.write_metrics(self.run.metrics()[:done])
 
     def work(self, agent: Agent, first: int) -> None:
         """From request `first` to the last, then tables and figure."""
         run, settings = self.run, self.settings
         env = build.robot_env(settings, self.world, pictures=agent.learns)
-        found = checkpoint.newest(run.checkpoints, self.fixed)
+        found = checkpoint.newest(run.checkpoints, self.fixed, self.built_on)
         if found:
             env.load(found[1])
         docked = sum(row["code"] == "docked" for row in run.metrics())

@@ -21,6 +21,7 @@ from curionav_cli.loop import LearnHere, live
 from curionav_cli.records import refuse_broken
 from curionav_cli.results.coverage import cover
 from curionav_cli.storage import checkpoint
+from curionav_cli.storage.loggers import LOGGERS
 from curionav_cli.storage.replay import Replay
 from curionav_cli.storage.run_folder import RunFolder
 
@@ -80,10 +81,11 @@ class Exploration:
         coverage = cover(run.plan, run.poses())
         stored = run.episode_paths() if agent.learns and not self.remote else []
         with closing(Replay.open(stored, memory=loop.replay_memory * 1e9, folder=run.path)) as replay, \
+                closing(LOGGERS[self.settings.logger.value](run)) as logger, \
                 closing(line(label, first, loop.episodes)) as shown:
             env = self.env(first)
-            recorder = Recorder(run, env, agent, None if self.remote else replay, self.fixed, coverage,
-                                Living(shown, loop))
+            recorder = Recorder(run, env, agent, None if self.remote else replay, self.fixed, logger,
+                                coverage, Living(shown, loop))
             learn = remote.there(self.settings, run, agent, self.shared) if self.remote else \
                 LearnHere(agent, replay, loop.iterations, recorder, run.save_episode)
             run.set_status(state="running", error=None, episode=first, episodes=loop.episodes, **recorder.counts(),

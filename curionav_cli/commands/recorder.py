@@ -13,6 +13,7 @@ from curionav_cli.geometry import wrapped
 from curionav_cli.records import Episode, Foresight
 from curionav_cli.results.coverage import Coverage
 from curionav_cli.storage import checkpoint
+from curionav_cli.storage.loggers import Local
 from curionav_cli.storage.replay import Replay
 from curionav_cli.storage.run_folder import RunFolder
 from curionav_cli.world.motion import FORWARD, LEFT, RIGHT
@@ -21,12 +22,13 @@ from curionav_cli.world.motion import FORWARD, LEFT, RIGHT
 class Keeper:
     """Keeps what was done, so that a killed run goes on. `fixed`: the settings that it may then not change."""
 
-    def __init__(self, run: RunFolder, agent: Agent, replay: Replay | None, fixed: dict[str, Any]):
-        self.run, self.agent, self.replay, self.fixed = run, agent, replay, fixed
+    def __init__(self, run: RunFolder, agent: Agent, replay: Replay | None, fixed: dict[str, Any], logger: Local):
+        self.run, self.agent, self.replay, self.fixed, self.logger = run, agent, replay, fixed, logger
 
     def keep(self, done: int, row: dict[str, Any], **status: Any) -> None:
         """After `done` episodes, or iterations: a row of metrics.jsonl, a checkpoint, the status."""
         self.run.append_metrics(row)
+        self.logger.add(row)
         checkpoint.save(self.run.checkpoints, done, self.fixed, self.save)
         self.run.set_status(**status, **self.usage())
 
@@ -45,8 +47,8 @@ class Recorder(Keeper):
     """Watches a life (loop.Watcher) and counts its coverage. env: none where it is lived elsewhere."""
 
     def __init__(self, run: RunFolder, env: World | None, agent: Agent, replay: Replay | None, fixed: dict[str, Any],
-                 coverage: Coverage, report: Living | Serving):
-        super().__init__(run, agent, replay, fixed)
+                 logger: Local, coverage: Coverage, report: Living | Serving):
+        super().__init__(run, agent, replay, fixed, logger)
         self.env, self.coverage, self.report = env, coverage, report
 
     def save(self, folder: Path) -> None:
@@ -81,8 +83,9 @@ class Recorder(Keeper):
 class Study(Keeper):
     """Watches a training without a world (loop.Onlooker)."""
 
-    def __init__(self, run: RunFolder, agent: Agent, replay: Replay, fixed: dict[str, Any], report: Studying):
-        super().__init__(run, agent, replay, fixed)
+    def __init__(self, run: RunFolder, agent: Agent, replay: Replay, fixed: dict[str, Any], logger: Local,
+                 report: Studying):
+        super().__init__(run, agent, replay, fixed, logger)
         self.report = report
 
     def learned(self, iteration: int) -> None:

@@ -23,7 +23,7 @@ from curionav_cli.records import read_json
 from curionav_cli.storage.run_folder import RunFolder
 
 # A run may be longer than planned, files may move, machines differ in memory, and CUDA graphs may fail.
-ANY = ("env.map", "env.overlay", "loop.replay_memory", "compile")
+ANY = ("env.map", "env.overlay", "loop.replay_memory", "compile", "logger")
 BEGUN = Path(".hydra", "hydra.yaml")  # Hydra writes it first of all
 PINNED = ("hydra.sweep.dir", "hydra.run.dir", "hydra.mode")
 MET = ("storage", *(f"remote.{field.name}" for field in fields(Remote)))  # where robot and server meet
@@ -43,7 +43,7 @@ def run(folder: Path, changes: list[str], failed: bool = False) -> int:
     if (folder / BEGUN).is_file() and not (folder / "config.yaml").is_file():
         return again(folder / BEGUN, folder.resolve(), changes, multirun=False, failed=True)
     one = RunFolder.existing(folder)
-    command = shlex.split(read_json(folder / "run.json")["command"])[1]
+    command = began_by(folder / "run.json")
     refuse_others(command, changes)
     settings = read_settings(one.config, changes)
     module: Any = COMMANDS[command]
@@ -57,6 +57,17 @@ def run(folder: Path, changes: list[str], failed: bool = False) -> int:
         raise Terminated(f"Stopped by SIGTERM. To go on: curionav resume {folder}") from None
     module.summary(folder, [])
     return 0
+
+
+def began_by(about: Path) -> str:
+    """The command that began the run. Raises RunFolderError where run.json names none."""
+    try:
+        command = shlex.split(read_json(about)["command"])[1]
+    except (KeyError, TypeError, ValueError, IndexError) as error:
+        raise RunFolderError(f"{about} does not say what began the run ({error}). Restore it from a copy.") from error
+    if command not in COMMANDS:
+        raise RunFolderError(f"{about} says that curionav {command} began the run. Restore it from a copy.")
+    return command
 
 
 def refuse_others(command: str, changes: list[str]) -> None:

@@ -25,6 +25,7 @@ from curionav_cli.results.coverage import cover
 from curionav_cli.storage.courier import Time
 from curionav_cli.storage.inbox import Arrival, Inbox
 from curionav_cli.storage.ledger import Ledger
+from curionav_cli.storage.loggers import LOGGERS
 from curionav_cli.storage.protocol import fingerprint
 from curionav_cli.storage.publisher import Publisher
 from curionav_cli.storage.replay import Replay
@@ -52,7 +53,9 @@ class Service(Exploration):
             ledger = stack.enter_context(closing(Ledger(run.path / "ledger.sqlite")))
             replay = stack.enter_context(closing(Replay.open(
                 run.episode_paths(), memory=loop.replay_memory * 1e9, folder=run.path)))
-            recorder = Recorder(run, None, agent, replay, self.fixed, cover(run.plan, run.poses()), Serving(first))
+            logger = stack.enter_context(closing(LOGGERS[self.settings.logger.value](run)))
+            recorder = Recorder(run, None, agent, replay, self.fixed, logger, cover(run.plan, run.poses()),
+                                Serving(first))
             learn = LearnHere(agent, replay, loop.iterations, recorder, run.save_episode)
             run.set_status(state="running", error=None, episode=first, **recorder.counts(), **recorder.usage())
 

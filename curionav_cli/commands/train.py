@@ -28,6 +28,7 @@ from curionav_cli.errors import ConfigError, RunFolderError
 from curionav_cli.loop import train as learn
 from curionav_cli.records import read_json
 from curionav_cli.storage import episodes
+from curionav_cli.storage.loggers import LOGGERS
 from curionav_cli.storage.replay import Replay
 from curionav_cli.storage.run_folder import RunFolder
 
@@ -80,8 +81,9 @@ class Training:
         run, label = self.run, f"{self.settings.agent.name} seed {self.settings.seed}"
         stored, memory = [self.data / name for name in self.fixed["episodes"]], self.settings.loop.replay_memory * 1e9
         with closing(Replay.open(stored, memory=memory, folder=run.path)) as replay, \
+                closing(LOGGERS[self.settings.logger.value](run)) as logger, \
                 closing(line(label, first, self.total)) as shown:
-            study = Study(run, agent, replay, self.fixed, Studying(shown))
+            study = Study(run, agent, replay, self.fixed, logger, Studying(shown))
             run.set_status(state="running", error=None, iteration=first, iterations=self.total, **study.usage())
             learn(agent, replay, iterations=self.total, every=EVERY, watch=study, first=first)
 

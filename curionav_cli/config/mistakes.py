@@ -37,6 +37,7 @@ from curionav_cli.config.answers import (
 )
 from curionav_cli.errors import ConfigError
 
+EXTRAS = {"joblib": "sweep", "submitit_slurm": "slurm", "submitit_local": "slurm"}  # of pyproject.toml
 REQUIRED = ("env", "agent", "robot", "scale")
 UNREADABLE = (HydraException, OmegaConfBaseException, yaml.YAMLError, ValueError, OSError)
 
@@ -128,6 +129,9 @@ class Mistakes:
             yield
         except MissingConfigException as error:
             group, _, choice = str(error.missing_cfg_file).rpartition("/")
+            if group == "hydra/launcher" and choice in EXTRAS:
+                raise ConfigError(f"This launcher needs the extra {EXTRAS[choice]}, which is not installed. "
+                                  f".venv/bin/pip install -c constraints.txt -e '.[{EXTRAS[choice]}]'") from error
             self.option(group, choice, list(error.options or []))
             raise ConfigError(first_line(str(error))) from error
         except yaml.MarkedYAMLError as error:

@@ -38,6 +38,13 @@ class Learner(Enum):
     remote = "remote"
 
 
+class Logger(Enum):
+    """Where metrics go beside metrics.jsonl: nowhere, or to TensorBoard's files in the run folder."""
+
+    local = "local"
+    tensorboard = "tensorboard"
+
+
 class Scale(Enum):
     """cpu: minutes on two cores; paper: the paper's hyperparameter table."""
 
@@ -173,6 +180,7 @@ class Config:
     robot: Any
     dock: Dock = field(default_factory=Dock)
     question: str | None = None  # what a sweep is to answer, in a sentence: the page that compare writes begins with it
+    logger: Logger = Logger.local  # a run of an earlier version says nothing of it
 
     def __post_init__(self) -> None:
         within("seed", self.seed, least=0, most=2**32 - 1)

@@ -1,0 +1,122 @@
+"""curionav doctor: what is installed, where one can compute, launch and write; does a small run repeat itself?"""
+
+from __future__ import annotations
+
+import io
+import os
+import platform
+import shutil
+import subprocess
+import tempfile
+import time
+from collections.abc import Iterator
+from contextlib import redirect_stdout
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+
+from curionav_cli.commands import explore
+from curionav_cli.commands.listing import table
+from curionav_cli.commands.summary import a_console
+from curionav_cli.config.mistakes import Mistakes
+from curionav_cli.config.preflight import compose
+from curionav_cli.config.schema import Config
+from curionav_cli.config.sources import opened
+from curionav_cli.errors import RunFailed, UserError
+from curionav_cli.storage import checkpoint
+from curionav_cli.storage.provenance import PACKAGES
+from curionav_cli.storage.run_folder import RunFolder
+
+EXTRAS = {"fast": "numba", "sweep": "hydra-joblib-launcher", "slurm": "hydra-submitit-launcher",
+          "tensorboard": "tensorboard"}
+OK, NOT_THERE, BROKEN = "ok", "not there", "BROKEN"
+SMALL = (  # seconds, and yet acts, learns, saves
+    "env=small_room", "agent=lbs_dreamer", "device=cpu", "loop.steps=12", "loop.iterations=4", "loop.episodes=2",
+    "agent.batch_size=3", "agent.sequence_length=8", "agent.gru_units=16", "agent.rssm_hidden=16",
+    "agent.mlp_units=16", "agent.mlp_layers=1", "agent.latent_dimension=4", "agent.latent_classes=4",
+    "agent.horizon=4", "agent.imagination_starts=12",
+)
+Finding = tuple[str, str, str]  # what, ok or not, more about it
+
+
+def run() -> int:
+    """Print all findings; 1 where something is broken."""
+    findings = [*versions(), *devices(), *launchers(), *folders(), self_test()]
+    a_console().print(table((("", "left"), ("", "left"), ("", "left")), findings))
+    return int(any(state == BROKEN for _, state, _ in findings))
+
+
+def versions() -> Iterator[Finding]:
+    yield "python", OK, f"{platform.python_version()}, {platform.system()} {platform.machine()}"
+    for package in PACKAGES:
+        found = installed(package)
+        yield package, OK if found else BROKEN, found or "not installed"
+    for extra, package in EXTRAS.items():
+        found = installed(package)
+        how = f"the extra {extra}: .venv/bin/pip install -c constraints.txt -e '.[{extra}]'"
+        yield package, OK if found else NOT_THERE, found or how
+
+
+def installed(package: str) -> str:
+    try:
+        return version(package)
+    except PackageNotFoundError:
+        return ""
+
+
+def devices() -> Iterator[Finding]:
+    from curionav_cli.agents.device import devices as computing
+
+    threads = os.environ.get("OMP_NUM_THREADS", "?")
+    yield "cores", OK, f"{os.cpu_count()}; a run computes with OMP_NUM_THREADS={threads}"
+    for name, about in computing():
+        yield name, OK, about
+
+
+def launchers() -> Iterator[Finding]:
+    yield "launcher=local", OK, "one run after the other"
+    joblib, submitit = installed(EXTRAS["sweep"]), installed(EXTRAS["slurm"])
+    yield "launcher=cores", OK if joblib else NOT_THERE, "runs side by side" if joblib else "needs the extra sweep"
+    if not submitit or not shutil.which("sbatch"):
+        missing = "no sbatch on this machine" if submitit else "needs the extra slurm"
+        yield "launcher=slurm", NOT_THERE, missing
+        return
+    asked = subprocess.run(["sinfo", "-h", "-o", "%P %D nodes %t"], capture_output=True, text=True, timeout=30)
+    told = "; ".join(asked.stdout.split("\n")).strip("; ") if not asked.returncode else asked.stderr.strip()[:80]
+    yield "launcher=slurm", OK if not asked.returncode else NOT_THERE, told
+
+
+def folders() -> Iterator[Finding]:
+    """Where runs, and temporary files, would be written."""
+    for what, folder in (("outputs", Path("outputs")), ("temporary", Path(tempfile.gettempdir()))):
+        there = next(path for path in [folder.absolute(), *folder.absolute().parents] if path.exists())
+        try:
+            with tempfile.TemporaryFile(dir=there):
+                free = shutil.disk_usage(there).free
+            yield what, OK, f"{folder.absolute()}, {free / 1e9:.1f} GB free"
+        except OSError as error:
+            yield what, BROKEN, f"{there} cannot be written ({error.strerror})"
+
+
+def self_test() -> Finding:
+    """A small run, twice: the same seed must give the same bytes."""
+    began = time.perf_counter()
+    try:
+        with tempfile.TemporaryDirectory() as name, redirect_stdout(io.StringIO()):
+            settings = small()
+            ways = [saved(explore.explore(settings, Path(name) / which)) for which in ("one", "two")]
+    except (UserError, RunFailed, OSError) as error:
+        return "self-test", BROKEN, str(error)
+    seconds = f"{time.perf_counter() - began:.1f} s"
+    if ways[0] != ways[1]:
+        return "self-test", BROKEN, f"a small run does not repeat itself ({seconds})"
+    return "self-test", OK, f"a small run acts, learns, saves, and repeats itself ({seconds})"
+
+
+def small() -> Config:
+    with opened("explore") as hydra:
+        return compose(hydra, Mistakes(hydra, list(SMALL)), list(SMALL))[0]
+
+
+def saved(run: RunFolder) -> dict[str, str]:
+    """Checksums of the last checkpoint, which all that was lived and learned has led to."""
+    return checkpoint.checksums(checkpoint.finished(run.checkpoints)[-1])

@@ -1,0 +1,31 @@
+"""curionav init DIR: a config directory of one's own, with a room, an agent and an experiment that run as they are."""
+
+from __future__ import annotations
+
+import shlex
+import shutil
+from pathlib import Path
+
+from curionav_cli.commands.summary import a_console, print_files, print_next
+from curionav_cli.errors import ConfigError
+
+STARTER = Path(__file__).parent / "starter"
+
+
+def run(folder: Path) -> int:
+    """The exit code. Raises ConfigError before a file of one's own would be written over."""
+    names = sorted(path.relative_to(STARTER) for path in STARTER.rglob("*.yaml"))
+    there = [name for name in names if (folder / name).exists()]
+    if there:
+        raise ConfigError(f"{folder / there[0]} is there already. Name another folder, or take it away first.")
+    if folder.exists() and not folder.is_dir():
+        raise ConfigError(f"{folder} is a file. Name a folder.")
+    for name in names:
+        (folder / name).parent.mkdir(parents=True, exist_ok=True)
+        shutil.copyfile(STARTER / name, folder / name)
+    console, where = a_console(), shlex.quote(str(folder))
+    print_files(console, folder, [str(name) for name in names])
+    print_next(console, [f"curionav explore -cd {where} experiment=my_sweep   (runs as it is)",
+                         f"curionav sheet -cd {where} env=my_room   (pictures of the room)",
+                         f"export CURIONAV_CONFIG_PATH={shlex.quote(str(folder.absolute()))}   (instead of -cd)"])
+    return 0

@@ -1,0 +1,123 @@
+"""curionav runs [DIR...] [state=failed] [sort=coverage]: what there is in outputs/, as a table."""
+
+from __future__ import annotations
+
+import os
+import time
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from curionav_cli.commands.progress import duration
+from curionav_cli.commands.summary import a_console, print_columns
+from curionav_cli.commands.words import sorted_out
+from curionav_cli.errors import ConfigError, UserError
+from curionav_cli.storage.run_folder import RunFolder
+
+OUTPUTS = Path("outputs")
+STATES = ("running", "done", "failed", "interrupted", "broken")
+SORTS = ("age", "coverage", "size", "state", "env", "agent", "seed", "run")
+CHOICES: dict[str, tuple[str, ...]] = {"state": STATES, "env": (), "agent": (), "seed": (), "sort": SORTS}
+COLUMNS = (("run", "run", "{}"), ("state", "state", "{}"), ("env", "env", "{}"), ("agent", "agent", "{}"),
+           ("seed", "seed", "{}"), ("done", "progress", "{}"), ("coverage", "coverage", "{:.1%}"),
+           ("age", "age", "{}"), ("size", "size", "{}"))
+SHOWN = tuple(heading for heading, _, _ in COLUMNS)
+DESCENDING = ("coverage", "size")
+
+
+@dataclass(frozen=True)
+class Found:
+    """A run on the disk. seconds: since it was last written to; size: bytes on the disk."""
+
+    path: Path
+    state: str
+    env: str
+    agent: str
+    seed: int
+    progress: str
+    coverage: float | None
+    seconds: float
+    size: int
+    error: str
+
+    def row(self) -> dict[str, Any]:
+        """As the table writes it."""
+        return {"run": str(self.path), **vars(self), "age": age(self.seconds), "size": megabytes(self.size)}
+
+    def key(self, sort: str) -> Any:
+        """By which `sort` puts it in its place."""
+        value = {"age": self.seconds, "run": str(self.path), "state": STATES.index(self.state)}
+        key = value.get(sort, getattr(self, sort, None))
+        return -1 if key is None else key
+
+
+def run(words: list[str]) -> int:
+    """The exit code. words: folders (outputs without any), and settings that choose and sort."""
+    folders, chosen = sorted_out("runs", words, CHOICES)
+    roots = folders or [OUTPUTS]
+    for root in roots:
+        if not root.is_dir():
+            raise ConfigError(f"There is no folder {root}. Name one, as in: curionav runs outputs"
+                              + ("" if folders else "; without one, outputs/ here is looked through."))
+    sort = chosen.pop("sort", "age")
+    found = [one for root in roots for path in run_folders(root) if fits(one := read(path), chosen)]
+    found.sort(key=lambda one: one.key(sort), reverse=sort in DESCENDING)
+    console = a_console()
+    if not found:
+        console.print(f"No run in {', '.join(map(str, roots))}{' is like that' if chosen else ''}.", highlight=False)
+        return 0
+    print_columns([one.row() for one in found], COLUMNS, console, SHOWN)
+    for one in found:
+        if one.error and one.state != "done":
+            console.print(f"{one.path}: {one.error}", soft_wrap=True, highlight=False, markup=False)
+    console.print(f"{len(found)} runs, {megabytes(sum(one.size for one in found))}", highlight=False)
+    return 0
+
+
+def run_folders(root: Path) -> Iterator[Path]:
+    """Folders with a run in or below `root`; what is in a run is not looked through."""
+    for folder, inner, files in os.walk(root):
+        if "run.json" in files or "status.json" in files:
+            inner.clear()
+            yield Path(folder)
+
+
+def read(path: Path) -> Found:
+    """One run; what cannot be read makes it broken, and says why."""
+    run, state, error = RunFolder(path), "broken", ""
+    status: dict[str, Any] = {}
+    settings: dict[str, Any] = {"env": {"name": "?"}, "agent": {"name": "?"}, "seed": -1}
+    try:
+        status, state = run.status, run.state
+        error = str(status.get("error") or "")
+        if run.config.is_file():
+            settings = run.settings
+    except UserError as unreadable:
+        state, error = "broken", str(unreadable)
+    done, planned = (status.get(one, status.get(other)) for one, other in
+                     (("episode", "iteration"), ("episodes", "iterations")))
+    newest, size = measured(path)
+    return Found(path, state if state in STATES else "broken", settings["env"]["name"], settings["agent"]["name"],
+                 settings["seed"], "-" if planned is None else f"{done}/{planned}", status.get("coverage"),
+                 time.time() - newest, size, error)
+
+
+def measured(folder: Path) -> tuple[float, int]:
+    """When something in it was last written, and bytes on the disk."""
+    stats = [path.lstat() for path in [folder, *folder.rglob("*")]]
+    return max(stat.st_mtime for stat in stats), sum(stat.st_blocks * 512 for stat in stats)
+
+
+def fits(found: Found, chosen: dict[str, str]) -> bool:
+    return all(str(getattr(found, key)) == value for key, value in chosen.items())
+
+
+def age(seconds: float) -> str:
+    """'2 d 03 h'; a clock that was put back makes nothing older than now."""
+    seconds = max(0.0, seconds)
+    return f"{seconds // 86400:.0f} d {seconds // 3600 % 24:02.0f} h" if seconds >= 86400 else duration(seconds)
+
+
+def megabytes(size: int) -> str:
+    return f"{size / 1e9:.2f} GB" if size >= 1e9 else f"{size / 1e6:.1f} MB"

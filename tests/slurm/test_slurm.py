@@ -1,0 +1,84 @@
+"""A sweep of six runs on a real Slurm: one is preempted and goes on, one fails, and the table says so."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from cluster import answer, available, cluster, until
+from leftovers import leftovers
+from tiny import LEARNER
+
+from curionav_cli.storage.run_folder import RunFolder
+
+pytest.importorskip("submitit", reason="needs the extra slurm")
+pytestmark = [
+    pytest.mark.slurm, pytest.mark.timeout(1200),
+    pytest.mark.skipif(not available(), reason="needs root, slurmctld, slurmd, slurm-client and munge"),
+]
+WORDS = [*(word for word in LEARNER if not word.startswith(("loop.episodes", "loop.iterations"))), "loop.episodes=3",
+         "loop.iterations=60", "launcher=slurm", "hydra.launcher.mem_gb=1", "seed=range(6)"]
+
+
+@pytest.fixture
+def slurm() -> Iterator[dict[str, str]]:
+    with cluster() as environment:
+        yield environment | {"NO_COLOR": "1", "OMP_NUM_THREADS": "1"}
+
+
+def curionav(environment: dict[str, str], *words: str) -> subprocess.Popen[str]:
+    return subprocess.Popen([sys.executable, "-m", "curionav_cli", *words], env=environment, text=True,
+                            stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+
+
+def test_six_runs(slurm: dict[str, str], tmp_path: Path) -> None:
+    sweep = tmp_path / "sweep"
+    runs = [RunFolder(sweep / f"{seed}_small_room_lbs_dreamer_{seed}") for seed in range(6)]
+    runs[5].path.mkdir(parents=True)
+    (runs[5].path / "checkpoint").write_text("in the way")
+    sent = curionav(slurm, "explore", "-m", *WORDS, f"hydra.sweep.dir={sweep}")
+    until(lambda: runs[0].status.get("episode") == 1, "the first run does not live", 300)
+    urgent = subprocess.run(["sbatch", "-p", "urgent", "-n", "2", "-o", "/dev/null", "--wrap", "sleep 1"], env=slurm,
+                            capture_output=True, text=True, check=True)
+    assert "Submitted" in urgent.stdout
+    out, error = sent.communicate(timeout=900)
+    assert sent.returncode == 1, error
+    requeued = [run for run in runs if "goes on after" in text(run, sweep)]
+    assert runs[0].path in [run.path for run in requeued], "it was preempted"
+    assert [run.state for run in runs] == ["done"] * 5 + ["failed"]
+    assert "5_small_room_lbs_dreamer_5: FileExistsError" in error and "in the way" not in out
+    assert "FileExistsError" in runs[5].status["error"]
+    table = (sweep / "table.md").read_text()
+    assert table.count("| done |") == 5 and table.count("| failed |") == 1
+    assert json.loads((runs[0].path / "run.json").read_text())["threads"] == "1"
+    alone = curionav(slurm, "explore", *WORDS[:-3], "seed=0", f"hydra.run.dir={tmp_path / 'alone'}")
+    assert alone.wait() == 0
+    ours, theirs = leftovers(runs[0].path), leftovers(tmp_path / "alone")
+    assert ours.keys() == theirs.keys() and [name for name in ours if ours[name] != theirs[name]] == []
+
+
+def text(run: RunFolder, sweep: Path) -> str:
+    """What the job of a run has printed."""
+    number = run.path.name.partition("_")[0]
+    return "".join(path.read_text() for path in sweep.glob(f".submitit/*/*_{number}_0_log.out"))
+
+
+def test_ctrl_c_says_how_to_stop_the_jobs(slurm: dict[str, str], tmp_path: Path) -> None:
+    sweep = tmp_path / "sweep"
+    sent = curionav(slurm, "explore", "-m", *WORDS, "loop.iterations=2000", f"hydra.sweep.dir={sweep}")
+    until(lambda: list(sweep.glob("*/status.json")), "no run began", 300)
+    os.kill(sent.pid, signal.SIGINT)
+    _, error = sent.communicate(timeout=60)
+    assert sent.returncode == 130
+    line = next(line for line in error.splitlines() if "scancel" in line)
+    job = line.rpartition("scancel ")[2]
+    assert job in answer(["squeue", "-h", "-o", "%A %F"], slurm)
+    assert f"curionav resume {sweep}" in error
+    subprocess.run(["scancel", job], env=slurm, check=True)
+    until(lambda: not answer(["squeue", "-h"], slurm).strip(), "the jobs were not stopped")
