@@ -19,7 +19,7 @@ from curionav_cli.results.runs import Run, job_number, tell_apart
 
 SHOWN = ("agent", "seed", "coverage", "visited", "cells", "steps", "area", "to 50 %", "to 80 %", "forward", "left",
          "right", "cancelled", "state", "env", "learning")  # the most telling first: a narrow terminal shows fewer
-LEFT = ("agent", "state", "env", "marking", "of", "arm", "minus", "setting", "value",
+LEFT = ("run", "agent", "state", "env", "marking", "of", "arm", "minus", "setting", "value",
         "part", "name", "key", "where in the paper", "what", "paper", "ours", "from")
 
 

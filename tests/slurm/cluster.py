@@ -18,7 +18,7 @@ SlurmctldHost={host}(127.0.0.1)
 SlurmUser=root
 SlurmdUser=root
 AuthType=auth/munge
-AuthInfo=socket={folder}/munge/socket
+AuthInfo=socket={folder}/munge/socket,cred_expire=20
 CommunicationParameters=NoCtldInAddrAny,NoInAddrAny
 ProctrackType=proctrack/linuxproc
 TaskPlugin=task/none
@@ -50,7 +50,7 @@ def available() -> bool:
 
 @contextmanager
 def cluster() -> Iterator[dict[str, str]]:
-    """Runs it, its files in a folder that the user munge can enter; the environment in which sbatch finds it."""
+    """Its files in a folder that the user munge can enter; the environment in which sbatch finds it."""
     with tempfile.TemporaryDirectory(prefix="slurm") as name:
         Path(name).chmod(0o755)
         with daemons(Path(name)) as environment:

@@ -58,7 +58,8 @@ def test_six_runs(slurm: dict[str, str], tmp_path: Path) -> None:
     assert table.count("| done |") == 5 and table.count("| failed |") == 1
     assert json.loads((runs[0].path / "run.json").read_text())["threads"] == "1"
     alone = curionav(slurm, "explore", *WORDS[:-3], "seed=0", f"hydra.run.dir={tmp_path / 'alone'}")
-    assert alone.wait() == 0
+    alone.communicate()
+    assert alone.returncode == 0
     ours, theirs = leftovers(runs[0].path), leftovers(tmp_path / "alone")
     assert ours.keys() == theirs.keys() and [name for name in ours if ours[name] != theirs[name]] == []
 
