@@ -72,9 +72,13 @@ class FloorPlan:
     @classmethod
     def load(cls, path: Path) -> FloorPlan:
         arrays = read_arrays(path, ("visitable", "floor", "solid", "numbers"))
-        numbers: dict[str, Any] = json.loads(str(arrays["numbers"]))
-        numbers |= {key: Pose(*numbers[key]) for key in ("start", "map_origin")}
-        return cls(arrays["visitable"], arrays["floor"], arrays["solid"], **numbers)
+        masks = [arrays[key] for key in ("visitable", "floor", "solid")]
+        with understood(path):
+            numbers: dict[str, Any] = json.loads(str(arrays["numbers"]))
+            numbers |= {key: Pose(*map(float, numbers[key])) for key in ("start", "map_origin")}
+            if {(mask.dtype, mask.ndim, mask.shape) for mask in masks} != {(np.dtype(bool), 2, masks[0].shape)}:
+                raise ValueError("its masks are not alike")
+            return cls(masks[0], masks[1], masks[2], **numbers)
 
 
 @dataclass(frozen=True)
@@ -108,10 +112,14 @@ class Episode:
     @classmethod
     def load(cls, path: Path) -> Episode:
         arrays = read_arrays(path, ("image", "action", "pose", "collided", "events"), ("estimate", "dock"))
-        events = tuple(json.loads(str(arrays.pop("events"))))
-        dock = json.loads(str(arrays.pop("dock", "null")))
-        image, action = arrays["image"], arrays["action"]
-        if image.shape != (len(action) + 1, 64, 64, 3) or image.dtype != np.uint8 or not np.isin(action, ACTIONS).all():
+        with understood(path):
+            events = tuple(json.loads(str(arrays.pop("events"))))
+            dock = json.loads(str(arrays.pop("dock", "null")))
+        image, action = arrays["image"], arrays["action"].reshape(-1)
+        shapes = [arrays[key].shape for key in ("image", "action", "pose", "collided")]
+        steps = len(action)
+        if shapes != [(steps + 1, 64, 64, 3), (steps,), (steps + 1, 3), (steps,)] or image.dtype != np.uint8 or \
+                not np.isin(action, ACTIONS).all():
             raise RunFolderError(f"{path} holds no episode: its images are {image.dtype} {image.shape}, "
                                  f"for {len(action)} actions that should be 0, 1 or 2.")
         return cls(**arrays, events=events, dock=dock)
@@ -236,6 +244,15 @@ def refuse_broken(path: Path) -> None:
         bad = archive.testzip()
         if bad:
             raise ValueError(f"{bad} is broken")
+
+
+@contextmanager
+def understood(path: Path) -> Iterator[None]:
+    """Raises RunFolderError for what is whole and yet holds something else."""
+    try:
+        yield
+    except (ValueError, TypeError, KeyError, RecursionError) as error:
+        raise RunFolderError(f"{path} does not hold what it should ({error}).") from error
 
 
 @contextmanager

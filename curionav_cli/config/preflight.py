@@ -15,6 +15,7 @@ from hydra.core.override_parser.types import Override
 from hydra.types import RunMode
 from omegaconf import DictConfig, OmegaConf
 
+from curionav_cli.config.hostile import refuse_callables
 from curionav_cli.config.mistakes import Mistakes
 from curionav_cli.config.schema import Config
 from curionav_cli.config.settings import as_settings
@@ -47,6 +48,7 @@ def plan(hydra: Hydra, words: list[str], multirun: bool, check: Check | None = N
     overrides = mistakes.parse(multirun)
     with mistakes.explained(words):
         master = hydra.compose_config(MAIN, words, RunMode.MULTIRUN if multirun else RunMode.RUN)
+    refuse_callables(master)
     multirun = multirun or master.hydra.mode == RunMode.MULTIRUN
     jobs = expand(hydra, master, overrides) if multirun else [words]
     for job in sample(jobs):
@@ -63,6 +65,7 @@ def compose(hydra: Hydra, mistakes: Mistakes, job: list[str]) -> tuple[Config, s
     """The settings of a job, and the name of its environment's file."""
     with mistakes.explained(job):
         config = hydra.compose_config(MAIN, job, RunMode.RUN)
+    refuse_callables(config)
     chosen = str(config.hydra.runtime.choices.env)
     mistakes.refuse_unread(config)
     return as_settings(config), chosen

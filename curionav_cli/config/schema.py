@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 from enum import Enum
 from typing import Any
 
-from curionav_cli.config.bounds import within
+from curionav_cli.config.bounds import a_name, within
 
 
 class Device(Enum):
@@ -141,6 +141,9 @@ class Env:
     moves: list[Any] = field(default_factory=list)
     engine: Engine = Engine.numpy
     changes: bool = True  # false: neither light nor moves, whatever stands there
+
+    def __post_init__(self) -> None:
+        a_name("env.name", self.name)
 
 
 @dataclass(frozen=True)

@@ -12,6 +12,7 @@ from omegaconf import DictConfig, OmegaConf, flag_override
 from omegaconf.errors import MissingMandatoryValue, OmegaConfBaseException
 
 from curionav_cli.config.answers import in_words, type_of
+from curionav_cli.config.bombs import refuse_bomb
 from curionav_cli.config.schema import Config
 from curionav_cli.config.sources import AGENTS, MAIN, ROBOTS, conf_dir, writable
 from curionav_cli.errors import ConfigError, RunFolderError
@@ -52,7 +53,9 @@ def read_settings(path: Path, changes: Sequence[str] = ()) -> Config:
     Raises RunFolderError where they cannot be read, ConfigError for a value that cannot be.
     """
     try:
-        recorded = OmegaConf.create(yaml.safe_load(path.read_text()))
+        text = path.read_text()
+        refuse_bomb(text)
+        recorded = OmegaConf.create(yaml.safe_load(text))
         node = writable(Config)
         node.merge_with(newer())
         node["agent"] = writable(AGENTS[recorded.agent.name])

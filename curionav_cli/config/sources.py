@@ -14,6 +14,7 @@ from dataclasses import fields, is_dataclass
 from pathlib import Path
 from typing import get_type_hints
 
+import yaml
 from hydra import initialize_config_dir
 from hydra._internal.hydra import Hydra
 from hydra.core.config_search_path import ConfigSearchPath
@@ -24,6 +25,7 @@ from hydra.plugins.search_path_plugin import SearchPathPlugin
 from omegaconf import DictConfig, OmegaConf
 
 from curionav_cli.config import agent_schema, cbet_schema, robot_schema, schema
+from curionav_cli.config.bombs import refuse_bomb
 from curionav_cli.errors import ConfigError
 
 MAIN = "config"  # conf/config.yaml
@@ -82,6 +84,13 @@ def user_directories(config_dir: Path | None) -> list[Path]:
     for origin, path in named:
         if not path.is_dir():
             raise ConfigError(f"{origin}: there is no directory {path}.")
+    for file in (file for _, path in named for file in path.rglob("*.yaml")):
+        try:
+            refuse_bomb(file.read_text(encoding="utf-8"))
+        except yaml.YAMLError:
+            continue  # answered by Hydra, if the file is chosen
+        except (OSError, ValueError) as error:
+            raise ConfigError(f"{file} cannot be used: {error}.") from error
     return [path.resolve() for _, path in named]
 
 

@@ -9,6 +9,8 @@ import numpy as np
 
 from curionav_cli.errors import MapError
 
+PNG = b"\x89PNG\r\n\x1a\n"
+PIXELS = 10**8  # ten kilometres square at a metre, half a kilometre square at 5 cm
 _TOKEN = re.compile(rb"(?:\s|#[^\n]*\n)*(\S+)")
 
 
@@ -22,6 +24,8 @@ def read_image(path: Path) -> tuple[np.ndarray, np.ndarray | None]:
         return _pgm(raw, path), None
     import cv2
 
+    if raw[:8] == PNG and int.from_bytes(raw[16:20], "big") * int.from_bytes(raw[20:24], "big") > PIXELS:
+        raise MapError(f"{path} has more than {PIXELS} pixels; no map is so large.")
     pixels = cv2.imdecode(np.frombuffer(raw, np.uint8), cv2.IMREAD_UNCHANGED) if raw else None
     if pixels is None:
         raise MapError(f"{path} is no image that can be read. A ROS map has a PGM or PNG image.")

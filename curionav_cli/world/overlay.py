@@ -7,6 +7,7 @@ from pathlib import Path
 
 import yaml
 
+from curionav_cli.config.bombs import refuse_bomb
 from curionav_cli.config.schema import Env
 from curionav_cli.errors import SceneError
 from curionav_cli.world.scene_format import refuse_unknown
@@ -28,8 +29,10 @@ def overlaid(env: Env, source: str) -> tuple[Env, str]:
     if not path.is_file():
         raise SceneError(f"There is no overlay {path}. env.overlay is the path of a YAML file.")
     try:
-        raw = yaml.safe_load(path.read_text(encoding="utf-8"))
-    except (yaml.YAMLError, UnicodeDecodeError) as error:
+        text = path.read_text(encoding="utf-8")
+        refuse_bomb(text)
+        raw = yaml.safe_load(text)
+    except (yaml.YAMLError, ValueError) as error:
         where = getattr(error, "problem_mark", None)
         line = f" in line {where.line + 1}" if where else ""
         raise SceneError(f"{path} is not YAML{line}, so it is no overlay.") from None

@@ -18,6 +18,7 @@ import numpy as np
 import yaml
 from scipy import ndimage
 
+from curionav_cli.config.bombs import refuse_bomb
 from curionav_cli.config.schema import Env
 from curionav_cli.errors import MapError
 from curionav_cli.records import Pose
@@ -93,8 +94,10 @@ def _specification(path: Path) -> dict[str, Any]:
     if not path.is_file():
         raise MapError(f"There is no map {path}. env.map is the path of a ROS map's YAML file.")
     try:
-        spec = yaml.safe_load(path.read_text(encoding="utf-8"))
-    except (yaml.YAMLError, UnicodeDecodeError):
+        text = path.read_text(encoding="utf-8")
+        refuse_bomb(text)
+        spec = yaml.safe_load(text)
+    except (yaml.YAMLError, ValueError):
         raise MapError(f"{path} is not YAML, so it is no ROS map.") from None
     found = spec if isinstance(spec, dict) else {}
     missing = [key for key in ("image", "resolution", "origin") if key not in found]

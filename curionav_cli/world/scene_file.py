@@ -27,6 +27,7 @@ from curionav_cli.world.scene_format import (
     refuse_unknown,
 )
 
+TIMES = 1000  # the most that a piece is repeated
 HYDRA_KEYS = ("defaults",)  # in the file for Hydra, of no meaning for a scene
 RANGES = {
     "radius": (0.0, 5.0), "camera": (0.01, 10.0), "height": (0.1, 20.0), "agent_height": (0.01, 10.0),
@@ -72,7 +73,12 @@ def settings(raw: dict[str, Any], source: str) -> Env:
     for name, field in known.items():
         if name not in raw and field.default is MISSING and field.default_factory is MISSING:
             raise SceneError(f"{source}: a scene needs the key {name}.")
-    env = Env(**raw)
+    if not isinstance(raw["name"], str):
+        raise SceneError(f"{source}: name must be a word, not {raw['name']!r}.")
+    try:
+        env = Env(**raw)
+    except ValueError as error:
+        raise SceneError(f"{source}: {error}.") from None
     for name, (least, most) in RANGES.items():
         if getattr(env, name) is None and known[name].default is None:
             continue
@@ -134,6 +140,7 @@ def _furniture(env: Env, source: str) -> tuple[Furniture, ...]:
     pieces = [layout.complete(piece, source, f"furniture[{index}]")
               for index, piece in enumerate(_each(env, "furniture", Furniture, source))]
     for index, row in enumerate(_each(env, "repeat", Repeat, source)):
+        _check_number(row.times, 1, TIMES, f"{source}: repeat[{index}].times")
         where = f"repeat[{index}].of"
         first = layout.complete(read(Furniture, row.of, source, where), source, where)
         pieces += [replace(first, x=first.x + n * row.step[0], y=first.y + n * row.step[1],

@@ -12,14 +12,19 @@ from collections import deque
 import numpy as np
 from scipy import ndimage
 
+from curionav_cli.errors import SceneError
 from curionav_cli.geometry import rectangle_distance
 
 TOUCH = 1e-9  # metres; a centre exactly at the radius is not clear, whatever the rounding
 NEIGHBOURS = ((0, 1), (1, 0), (0, -1), (-1, 0))
 
+CELLS = 4_000_000  # a hundred metres square in cells of 5 cm
+
 
 def grid_shape(size: tuple[float, float], cell: float) -> tuple[int, int]:
-    """(rows, columns) of the cells that cover a scene."""
+    """(rows, columns) of the cells that cover a scene. Raises SceneError for more than any building has."""
+    if not 0 < size[0] / cell * (size[1] / cell) <= CELLS:
+        raise SceneError(f"{size[0]:g} x {size[1]:g} m in cells of {cell:g} m are more than {CELLS} cells, or none.")
     return max(1, round(size[1] / cell)), max(1, round(size[0] / cell))
 
 

@@ -1,0 +1,41 @@
+"""What a config of a stranger may not do: name something that is called, or write elsewhere.
+
+Hydra itself calls what stands under hydra.callbacks and under `()` in its logging, and sets environment variables.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+from omegaconf import DictConfig, OmegaConf
+
+from curionav_cli.errors import ConfigError
+
+PLUGINS = ("hydra._internal.core_plugins.", "hydra_plugins.", "optuna.samplers.")
+LOGGING = ("logging.", "colorlog.")
+IN_THE_RUN = "${hydra.runtime.output_dir}/"
+
+
+def refuse_callables(config: DictConfig) -> None:
+    """Raises ConfigError for a composed configuration with something in it that Hydra would call, or open."""
+    hydra: Any = OmegaConf.to_container(config.hydra, resolve=False)
+    for key in ("callbacks", "job.env_set"):
+        if OmegaConf.select(config.hydra, key):
+            raise ConfigError(f"hydra.{key}: a config may not run code or set the environment. Use the shell for it.")
+    for key, value in leaves(hydra, "hydra"):
+        leaf, logs, text = key.rpartition(".")[2], "_logging." in key, str(value)
+        called = {"_target_": not text.startswith(PLUGINS), "()": logs, "class": logs and not text.startswith(LOGGING)}
+        if called.get(leaf) or (text.startswith("ext://") and not text.startswith("ext://sys.std")):
+            raise ConfigError(f"{key}: {value} would be called; a config may not name what is called.")
+        if logs and leaf == "filename" and (not text.startswith(IN_THE_RUN) or ".." in text):
+            raise ConfigError(f"{key}: a log stands in the run's folder, {IN_THE_RUN}..., not at {value}.")
+
+
+def leaves(tree: Any, key: str) -> Iterator[tuple[str, Any]]:
+    """('hydra.launcher._target_', '...'), ...: all values, those in lists too."""
+    inner = tree.items() if isinstance(tree, dict) else enumerate(tree) if isinstance(tree, list) else ()
+    for name, value in inner:
+        yield from leaves(value, f"{key}.{name}")
+    if not isinstance(tree, dict | list):
+        yield key, tree
