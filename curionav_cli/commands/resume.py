@@ -40,7 +40,7 @@ def run(folder: Path, changes: list[str], failed: bool = False) -> int:
     """
     if (folder / "multirun.yaml").is_file():
         return again(folder / "multirun.yaml", folder.resolve(), changes, multirun=True, failed=failed)
-    if (folder / BEGUN).is_file() and not (folder / "config.yaml").is_file():
+    if (folder / BEGUN).is_file() and not any((folder / name).is_file() for name in ("config.yaml", "metrics.jsonl")):
         return again(folder / BEGUN, folder.resolve(), changes, multirun=False, failed=True)
     one = RunFolder.existing(folder)
     command = began_by(folder / "run.json")
