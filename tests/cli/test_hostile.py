@@ -38,7 +38,7 @@ CONFIGS = {
 }
 
 
-@pytest.mark.parametrize(("line", "words"), zip(CONFIGS, cycle([["seed=3"], ["-m", "seed=3,4"]])))
+@pytest.mark.parametrize(("line", "words"), list(zip(CONFIGS, cycle([["seed=3"], ["-m", "seed=3,4"]]))))
 def test_a_config_names_nothing_that_is_called(cli: Cli, tmp_path: Path, line: str, words: list[str]) -> None:
     (tmp_path / "own" / "experiment").mkdir(parents=True)
     (tmp_path / "own" / "experiment" / "gift.yaml").write_text(f"# {STOLEN}\nhydra:\n  {line}\n")

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from conftest import Forks
+from forked import Forks
 from leftovers import leftovers
 from tiny import LEARNER
 

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from conftest import Forks
+from forked import Forks
 from leftovers import leftovers
 from tiny import LEARNER
 
