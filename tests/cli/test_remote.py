@@ -67,9 +67,10 @@ def command(*line: str, program: tuple[str, ...] = ("-m", "curionav_cli")) -> su
 
 
 def weights(run: Path) -> dict[str, bytes]:
-    """All of the newest checkpoint, but for the settings beside it."""
+    """All of the newest checkpoint, but for the settings beside it, and the checksums of all."""
     newest = checkpoint.finished(run / "checkpoint")[-1]
-    return {path.name: path.read_bytes() for path in newest.iterdir() if path.name != "settings.json"}
+    return {path.name: path.read_bytes() for path in newest.iterdir()
+            if path.name not in ("settings.json", "checksums.json")}
 
 
 def metrics(run: Path) -> list[dict]:
