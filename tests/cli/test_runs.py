@@ -11,7 +11,7 @@ from entry import Cli
 
 from curionav_cli.storage.run_folder import RunFolder
 
-CONFIG = "env: {name: %s}\nagent: {name: %s}\nseed: %d\n"
+CONFIG = "env: {name: %s}\nagent: {name: %s}\nrobot: {name: ideal}\nseed: %d\n"
 
 
 def a_run(path: Path, env: str = "small_room", agent: str = "random", seed: int = 0, size: int = 0,
