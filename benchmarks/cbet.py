@@ -27,7 +27,7 @@ from curionav_cli.loop import run_episode
 
 STEPS = 500
 UNROLLS = {"cpu": 5, "paper": 4}  # of an update here: frames are what counts
-DESCRIBED = {"cpu": "0.6", "paper": "7.5 to 12"}  # ms a frame of acting and learning, CBET.md section 4
+DESCRIBED = {"cpu": "0.6", "paper": "7.5 to 12"}  # ms a frame of acting and learning, as described to us
 PROTOCOL = {"cpu": 100_000, "paper": 5_000_000}
 
 

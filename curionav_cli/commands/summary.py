@@ -45,7 +45,8 @@ def show_run(folder: Path, console: Console) -> None:
     print_files(console, folder, ("figures/heatmap.png", "figures/coverage.png", "figures/predictions.png",
                                   "figures/prediction_error.png", "table.md", "episodes"))
     on = f"curionav resume {shlex.quote(str(folder))}"
-    print_next(console, [f"{on} loop.episodes=50   (the same run, longer)" if row["state"] == "done" else on,
+    longer = f"{on} loop.episodes={2 * row['episodes']}   (the same run, longer)"
+    print_next(console, [longer if row["state"] == "done" else on,
                          "curionav explore -m agent=lbs_dreamer,random,bounce seed=0,1,2,3,4",
                          "curionav explore --help   (every setting)"])
 
@@ -74,7 +75,8 @@ def show_sweep(root: Path, folders: Sequence[Path], console: Console) -> None:
     print_files(console, root, [*made, "table.md", "results.csv"])
     on = f"curionav resume {shlex.quote(str(root))}"
     states = {row["state"] for row in rows}
-    print_next(console, [f"{on} loop.episodes=50   (the same runs, longer)" if states == {"done"} else
+    print_next(console, [f"{on} loop.episodes={2 * max(row['episodes'] for row in rows)}   (the same runs, longer)"
+                         if states == {"done"} else
                          f"{on} --failed   (what failed, once more)" if "failed" in states else on,
                          f"curionav compare {shlex.quote(str(root))}   (how sure it is, and report.html)",
                          "curionav explore -m agent=lbs_dreamer,random,bounce seed=0,1,2,3,4 launcher=cores",

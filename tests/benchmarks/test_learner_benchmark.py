@@ -23,7 +23,7 @@ def learner(monkeypatch):
 
 
 def test_the_papers_update_by_formula(learner):
-    """ALGORITHMS.md 1.6: 1.94 TFLOP at scale=paper."""
+    """Counted by hand beforehand: 1.94 TFLOP at scale=paper."""
     assert learner.dense(learner.hyper("paper", ())[1]) == pytest.approx(1940, rel=0.005)
 
 

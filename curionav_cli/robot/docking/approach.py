@@ -1,7 +1,7 @@
 """The Kobuki's alignment drive: from the receivers' bits to wheel speeds, ten times a second.
 
-States and speeds as the maker describes them (ROBOT.md 2.1): turn until the centre receiver sees the dock's middle
-sector; if a whole turn shows only a side sector, turn until the side receiver sees it and drive across to the
+States and speeds as the maker's driver has them (kobuki_auto_docking): turn until the centre receiver sees the dock's
+middle sector; if a whole turn shows only a side sector, turn until the side receiver sees it and drive across to the
 middle; then follow the middle sector to contact. Its weakness is kept: it has no notion of time, so without light
 it would turn for ever; the server's limits end that.
 """

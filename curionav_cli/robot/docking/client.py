@@ -1,6 +1,6 @@
 """The docking client: asks, listens, and does not wait for a dead server for ever.
 
-An actionlib client stays ACTIVE for as long as its killed server says nothing (ROBOT.md 2.3); this one stops the robot
+An actionlib client stays ACTIVE for as long as its killed server says nothing; this one stops the robot
 and reports server_lost after `patience` seconds without feedback.
 """
 

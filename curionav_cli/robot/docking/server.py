@@ -1,6 +1,6 @@
 """The docking server: drives home, approaches, recovers, and names what went wrong.
 
-Phases as in ROBOT.md 2.3: nav_to_staging -> acquire -> approach -> contact -> wait_for_charge -> docked, with recover
+Phases: nav_to_staging -> acquire -> approach -> contact -> wait_for_charge -> docked, with recover
 between attempts. One tick is a short motion (0.1 or 0.2 s) and gives feedback; a goal ends by its result, a cancel or
 another goal, and in each case the wheels stand still.
 """
