@@ -16,7 +16,9 @@ KILLED = """
 import os, signal, sys
 from pathlib import Path
 from curionav_cli.commands.recorder import Recorder
-from curionav_cli.storage import checkpointfrom curionav_cli import app
+from curionav_cli.storage import checkpoint
+from curionav_cli.storage.run_folder import RunFolder
+from curionav_cli import app
 
 moment = sys.argv.pop(1)
 def die(*_): os.kill(os.getpid(), signal.SIGKILL)
