@@ -10,7 +10,9 @@ from matplotlib.patches import Circle, Rectangle, Wedge
 
 from curionav_cli.records import DockReport
 
-COLOURS = ("#0b5fa5", "#15803d", "#c2410c", "#be185d", "#6d28d9", "#92400e", "#111827")
+COLOURS = (  # one for every way in which a homecoming can end
+    "#0b5fa5", "#15803d", "#c2410c", "#be185d", "#6d28d9", "#92400e", "#111827", "#0891b2", "#65a30d", "#ca8a04",
+    "#f472b6", "#a78bfa", "#9ca3af", "#7f1d1d", "#064e3b", "#1e3a8a", "#e11d48", "#14b8a6", "#f59e0b", "#475569")
 FIRST, LATER = "docked at once", "docked after a recovery"
 ARROW = 0.12  # metres
 
