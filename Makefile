@@ -30,21 +30,21 @@ ifeq ($(SCALE),smoke)
   LARGE = $(TINY)
   MANY = 'seed=range(2)' $(TINY)
   TINY = loop.episodes=2 loop.steps=100 loop.iterations=2
-  HOME = dock.requests=5 loop.steps=40
+  HOMEWARD = dock.requests=5 loop.steps=40
 else ifeq ($(SCALE),paper)
   OURS = scale=paper loop.episodes=4000
   THEIRS = scale=paper loop.episodes=10000
   SMALL = scale=paper loop.episodes=1000
   LARGE = scale=paper loop.episodes=1200
   MANY = scale=paper loop.episodes=4000
-  HOME = dock.requests=1000
+  HOMEWARD = dock.requests=1000
 else
   OURS = loop.episodes=100
   THEIRS = loop.episodes=100
   SMALL = loop.episodes=100
   LARGE = loop.episodes=100
   MANY = loop.episodes=100
-  HOME = dock.requests=600
+  HOMEWARD = dock.requests=600
 endif
 SWEEPS = ours theirs small large
 FIGURES = figure-apartments figure-small-room figure-large-lab figure-predictions figure-best figure-scenes figure-docking
@@ -133,7 +133,7 @@ table-sizes: | $(READY)
 	$(CURIONAV) paper sizes out=$(FIG)/tables
 
 table-docking: | $(READY)
-	$(CURIONAV) dock -m env=small_room,large_lab $(HOME) launcher=cores hydra.sweep.dir=$(RUNS)/docking
+	$(CURIONAV) dock -m env=small_room,large_lab $(HOMEWARD) launcher=cores hydra.sweep.dir=$(RUNS)/docking
 
 paper-vs-ours: table-docking $(SWEEPS:%=$(RUNS)/%/.done)
 	$(CURIONAV) paper numbers $(SWEEPS:%=$(RUNS)/%) $(RUNS)/docking out=$(FIG)/tables
