@@ -139,7 +139,6 @@ def draw(report: Report, folder: Path, best: dict[str, list[Run]]) -> list[str]:
             comparison, look, pairs, base or next(iter(look)), report.rows("overall"), profiles, thresholds)
     figures["curves"] = comparison_plots.courses(comparison, look, report.counted)
     names = {env: file_name(env) for env in figures}
-    (folder / "figures").mkdir(parents=True, exist_ok=True)
     for env, figure in figures.items():
         plots.save(figure, folder / "figures" / f"{names[env]}.png")
     maps = page.draw_best(best, folder / "figures")
@@ -153,14 +152,16 @@ def file_name(label: str) -> str:
 def write(report: Report, folder: Path) -> list[str]:
     """Figures, CSV files, a page and a LaTeX file; their names in the folder."""
     best = {file_name(field.env): page.best_runs(field, report.way) for field in report.comparison.fields}
-    pictures = draw(report, folder, best)
+    (folder / "figures").mkdir(parents=True, exist_ok=True)
+    with ProcessPoolExecutor(1) as pool:  # the film is half of the work
+        film = pool.submit(page.shoot, next(iter(best.values())), folder / "figures" / "film.webm")
+        pictures, shown = draw(report, folder, best), film.result()
     runs = list(estimates.run_rows(report.comparison, report.at))
     texts = {"comparison.md": markdown(report.command, report.notes, report.tables, pictures),
              "comparison.tex": latex(report.command, report.notes, report.tables), "runs.csv": comma_separated(runs),
              **{f"{table.name}.csv": comma_separated(table.rows) for table in report.tables}}
     for name, text in texts.items():
         write_text(folder / name, text)
-    shown = page.shoot(next(iter(best.values())), folder / "figures" / "film.webm")
     films = {"figures/film.webm": shown} if shown else {}
     captions = {**{name: caption(name) for name in pictures}, **films}
     page.write(folder / "report.html", report.command, report.comparison, report.notes, report.tables,

@@ -57,7 +57,8 @@ def run(words: list[str]) -> int:
         made += draw_episodes(one, episodes[one.folder.path], films[one.folder.path], folder)
         made += predictions.draw(one, folder)
         print_files(console, folder, made)
-    together = draw_together([ways[0] for ways in counted.values()], out) if out else []
+    together = draw_together([ways[0] for ways in counted.values()], out) + predictions.draw_beside(runs, out) \
+        if out else []
     for path in [*together, *predictions.draw_seeds(runs, out)]:
         print_files(console, path.parent, [path.name])
     return 0

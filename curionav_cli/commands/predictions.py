@@ -29,6 +29,17 @@ def draw(run: Run, folder: Path) -> list[str]:
     return [f"{name}.png" for name in figures]
 
 
+def draw_beside(runs: Sequence[Run], out: Path) -> list[Path]:
+    """A window of each environment in one figure, as in the paper: none where fewer than two have predictions."""
+    first = {run.env: run for run in reversed(runs) if run.foresights}
+    names = [env for env in dict.fromkeys(run.env for run in runs) if env in first]
+    strips = [predictions.chosen(foreseen.strips(first[env]))[0] for env in names]
+    if len({strip.step.tobytes() for strip in strips}) != 1 or len(names) < 2:
+        return []
+    plots.save(predictions.pictures(strips, "Episodes that were not learned from yet", names), out / "predictions.png")
+    return [out / "predictions.png"]
+
+
 def draw_seeds(runs: Sequence[Run], out: Path | None = None) -> list[Path]:
     """The error over the seeds of one agent (or variant) in one environment, in `out` or the folder above the runs."""
     drawn = []

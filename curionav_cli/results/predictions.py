@@ -31,8 +31,11 @@ def chosen(strips: Sequence[Strip]) -> list[Strip]:
     return taken
 
 
-def pictures(strips: Sequence[Strip], title: str) -> Figure:
-    """Real observations above the predictions, a few steps apart; what an object's move changed is circled."""
+def pictures(strips: Sequence[Strip], title: str, names: Sequence[str] = ()) -> Figure:
+    """Real observations above the predictions, a few steps apart; what an object's move changed is circled.
+
+    names: where each strip was lived, for strips of several environments; they are lettered then.
+    """
     step = strips[0].step
     left = np.arange(len(step)) * (SIDE + GAP) + BREAK * (step > 0)
     top = np.arange(len(strips)) * (2 * SIDE + GAP + BREAK)
@@ -44,8 +47,9 @@ def pictures(strips: Sequence[Strip], title: str) -> Figure:
             canvas[y + SIDE + GAP:y + 2 * SIDE + GAP, x:x + SIDE] = predicted // COARSE * COARSE
     figure, axes = a_canvas(canvas, title)
     label_steps(axes, step, left)
-    for strip, y in zip(strips, top.tolist()):
-        label_rows(axes, strip, y)
+    where = [f"{letter}  {name}\n" for letter, name in zip("abcdefgh", names)] or [""] * len(strips)
+    for strip, y, name in zip(strips, top.tolist(), where):
+        label_rows(axes, strip, y, name)
         for x, circles in zip(left.tolist(), strip.circles):
             for row in (y, y + SIDE + GAP):
                 for circle in circles:
@@ -87,12 +91,12 @@ def label_steps(axes: Axes, step: np.ndarray, left: np.ndarray) -> None:
         axes.annotate(name, (middle, 0), (0, 16), textcoords="offset points", ha="center", color=PALE)
 
 
-def label_rows(axes: Axes, strip: Strip, y: int) -> None:
+def label_rows(axes: Axes, strip: Strip, y: int, name: str) -> None:
     first = strip.frame[strip.step <= 0][-1]
-    for name, at in (("real", y + SIDE / 2), ("model", y + SIDE * 1.5 + GAP)):
-        axes.annotate(name, (0, at), (-5, 0), textcoords="offset points", ha="right", va="center", color=INK)
-    axes.annotate(f"episode {strip.episode}\nstep {first}", (0, y + SIDE + GAP / 2), (-40, 0), va="center", ha="center",
-                  textcoords="offset points", rotation=90, color=PALE, fontsize=8)
+    for row, at in (("real", y + SIDE / 2), ("model", y + SIDE * 1.5 + GAP)):
+        axes.annotate(row, (0, at), (-5, 0), textcoords="offset points", ha="right", va="center", color=INK)
+    axes.annotate(f"{name}episode {strip.episode}\nstep {first}", (0, y + SIDE + GAP / 2), (-40, 0), va="center",
+                  ha="center", textcoords="offset points", rotation=90, color=PALE, fontsize=8)
 
 
 def error_curve(errors: Errors, agent: str, over: str, title: str) -> Figure:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import cv2
 import numpy as np
 import pytest
 from entry import Cli
@@ -33,6 +34,25 @@ def test_a_learner_s_runs_are_drawn_alone_and_over_seeds(cli: Cli, tmp_path: Pat
         assert all((run.folder.figures / name).stat().st_size > 3000 for name in FIGURES)
     over_seeds = "runs/figures/prediction_error_small_room_lbs_dreamer.png"
     assert over_seeds in answer.out and (tmp_path / over_seeds).stat().st_size > 3000
+
+
+def test_environments_stand_under_each_other_in_one_figure(cli: Cli, tmp_path: Path) -> None:
+    short = [word for word in LEARNER if not word.startswith(("loop.episodes", "loop.iterations"))]
+    for env in ("small_room", "large_lab"):
+        assert cli("explore", *short, f"env={env}", "loop.episodes=1", "loop.iterations=0",
+                   f"hydra.run.dir=runs/{env}").code == 0
+    assert cli("explore", "env=apartment_0", "agent=bounce", "loop.steps=10", "loop.episodes=1",
+               "hydra.run.dir=runs/bounce").code == 0
+    answer = cli("coverage", "runs", "marking=landing", "denominator=visitable", "out=out")
+    assert answer.code == 0 and "out/predictions.png" in answer.out, answer.error
+    both = strip_rows(tmp_path / "out" / "predictions.png")
+    assert both == 2 and strip_rows(tmp_path / "out" / "small_room" / "predictions.png") == 1
+
+
+def strip_rows(path: Path) -> int:
+    """How many rows of pictures, real above predicted, a figure has: its height less the margins."""
+    high = cv2.imread(str(path)).shape[0]
+    return round((high - 84 - 30 + 2 * 14) / (2 * (2 * 64 + 4 + 14)))
 
 
 def test_an_agent_that_predicts_nothing_is_no_error(cli: Cli, tmp_path: Path) -> None:
