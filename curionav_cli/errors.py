@@ -11,6 +11,7 @@
 What goes wrong between robot and server ends no run; who meets it goes on with what it has:
 
     Unreachable               the storage gives no answer, or refuses
+    └── Denied                it refuses, and waiting mends nothing (wrong key, no bucket): no run begins with it
     WeightsRefused            weights that came and cannot be used
     EpisodeRefused            an episode that came and cannot be used
 """
@@ -42,6 +43,10 @@ class RunFailed(Exception):
 
 class Unreachable(Exception):
     """The storage cannot be used now. The message says why and never holds a key, a token or a password."""
+
+
+class Denied(Unreachable):
+    """The storage refuses, and waiting mends nothing: a wrong key, no bucket, a folder that is not ours."""
 
 
 class WeightsRefused(Exception):

@@ -10,6 +10,7 @@ from __future__ import annotations
 import io
 import json
 import os
+import tokenize
 import zipfile
 import zlib
 from collections.abc import Callable, Iterator
@@ -35,6 +36,8 @@ class Pose(NamedTuple):
 ORIGIN = Pose(0.0, 0.0, 0.0)
 ACTIONS = (0, 1, 2)  # forward, left, right
 SEAL = "crc32"  # the key of a JSON file's checksum
+BROKEN = (OSError, ValueError, TypeError, OverflowError, LookupError, EOFError, RuntimeError, zipfile.BadZipFile,
+          zlib.error, tokenize.TokenError)  # what zipfile and numpy say of an npz that is none
 
 
 @dataclass(frozen=True)
@@ -228,7 +231,16 @@ def read_arrays(path: Path, names: tuple[str, ...], optional: tuple[str, ...] = 
     with opened(path) as archive:
         held = archive.namelist() if optional else []
         names += tuple(name for name in optional if f"{name}.npy" in held)
-        return {name: decoded(archive.read(f"{name}.npy")) for name in names}
+        return {name: decoded(unpacked(archive, f"{name}.npy")) for name in names}
+
+
+def unpacked(archive: zipfile.ZipFile, name: str) -> bytes:
+    """A member, of which no more is unpacked than the table of contents tells of; bzip2 and LZMA know no such limit."""
+    info = archive.getinfo(name)
+    if info.compress_type not in (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED):
+        raise ValueError(f"{name} is packed in a way that curionav does not write")
+    with archive.open(info) as member:
+        return member.read(info.file_size)
 
 
 def checksum(path: Path) -> str:
@@ -261,7 +273,7 @@ def opened(path: Path) -> Iterator[zipfile.ZipFile]:
     try:
         with open(path, "rb") as file, zipfile.ZipFile(file) as archive:
             yield archive
-    except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile, zlib.error) as error:
+    except BROKEN as error:
         raise RunFolderError(f"{path} is not whole ({error}). Restore it from a copy.") from error
 
 

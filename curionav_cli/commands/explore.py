@@ -93,6 +93,8 @@ class Exploration:
             live(env, agent, learn, episodes=loop.episodes, steps=loop.steps, seed=self.settings.seed, watch=recorder,
                  first=first)
         draw(run)
+        if self.remote:
+            remote.refuse_undelivered(run)
 
 
 def draw(run: RunFolder) -> None:

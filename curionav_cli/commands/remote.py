@@ -9,7 +9,7 @@ from typing import Any
 from curionav_cli import build
 from curionav_cli.agents.agent import Agent
 from curionav_cli.config.schema import Config
-from curionav_cli.errors import ConfigError, RunFolderError, Unreachable
+from curionav_cli.errors import ConfigError, Denied, RunFailed, RunFolderError, Unreachable
 from curionav_cli.loop import LearnThere
 from curionav_cli.storage import checkpoint
 from curionav_cli.storage.courier import Courier, Time
@@ -38,6 +38,8 @@ def there(settings: Config, run: RunFolder, agent: Agent, shared: dict[str, Any]
             raise RunFolderError(f"storage: {settings.storage} holds the episodes of another run. Go on in its folder, "
                                  "or use an empty place.")
     except Unreachable as error:
+        if fresh:
+            refuse_denied(settings, error)
         say(f"the storage is not reachable ({error}): begins without it")
     courier = Courier(store, outbox, Shelf(run.path / "weights"), agent.adopt, len(agent.share()), remote,
                       Time(time.monotonic, time.sleep), say, run.episode_path)
@@ -51,16 +53,30 @@ def opened(settings: Config) -> Store:
     return Store.at(settings.storage, settings.remote.timeout)
 
 
+def refuse_denied(settings: Config, error: Unreachable) -> None:
+    """Raises ConfigError for what waiting will not mend, before anything is lived for a storage that takes nothing."""
+    if isinstance(error, Denied):
+        raise ConfigError(f"storage: {settings.storage} cannot be used: {error}.") from None
+
+
+def refuse_undelivered(run: RunFolder) -> None:
+    """At the end of a robot's life. Raises RunFailed where episodes are still in its outbox."""
+    waiting = len(list((run.path / "outbox").glob("*.json")))
+    if waiting:
+        raise RunFailed(f"{waiting} episode{'s' * (waiting != 1)} could not be delivered and wait in "
+                        f"{run.path / 'outbox'}. Nothing is lost; the same command again delivers them.")
+
+
 def agree(store: Store, shared: dict[str, Any]) -> None:
     """Whoever comes first says which settings they are. Raises RunFolderError that names the first that differs."""
-    raw = store.get(SETTINGS, LARGEST)
+    try:
+        raw = store.get(SETTINGS, LARGEST)
+        held = None if raw is None else json.loads(raw)
+    except (ValueError, RecursionError):
+        raise RunFolderError("storage: its settings.json is broken. Remove it.") from None
     if raw is None:
         store.put(SETTINGS, json.dumps(shared, indent=2).encode())
         return
-    try:
-        held = json.loads(raw)
-    except (ValueError, RecursionError):
-        raise RunFolderError("storage: its settings.json is broken. Remove it.") from None
     differing = checkpoint.differences(held, json.loads(json.dumps(shared)))
     if differing:
         raise RunFolderError(f"storage: it is used with other settings: {differing[0]}. Robot and server need the "

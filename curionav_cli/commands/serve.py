@@ -17,7 +17,7 @@ from curionav_cli.commands.explore import Exploration, draw
 from curionav_cli.commands.lifecycle import rooted, see_through
 from curionav_cli.commands.progress import Serving
 from curionav_cli.commands.recorder import Recorder
-from curionav_cli.commands.remote import agree, opened, say
+from curionav_cli.commands.remote import agree, opened, refuse_denied, say
 from curionav_cli.config.schema import Config
 from curionav_cli.errors import Unreachable
 from curionav_cli.loop import LearnHere, clocks, spent
@@ -82,5 +82,6 @@ class Service(Exploration):
             store.create()
             agree(store, shared)
         except Unreachable as error:
+            refuse_denied(settings, error)
             say(f"the storage is not reachable ({error})")
         return Trainer(inbox, Publisher(store, ledger, mark, say), learned, agent.share, first, remote, timing, say)

@@ -128,10 +128,10 @@ class Courier:
 
         Those that know episode `due` already are left: a robot that fell while it lived it lives it again, as it was.
         """
-        raw = self.store.get(LATEST, SMALL)
-        if raw is None:
-            return
         try:
+            raw = self.store.get(LATEST, SMALL)
+            if raw is None:
+                return
             pointer = parsed(Pointer, raw)
             if pointer.version <= self.version:
                 if pointer.version < self.version:

@@ -9,18 +9,18 @@ import struct
 from collections.abc import Callable
 from pathlib import Path
 from typing import NamedTuple
-from zipfile import BadZipFile, ZipFile
 
 import numpy as np
 
 from curionav_cli.errors import EpisodeRefused, RunFolderError
-from curionav_cli.records import Episode, write_whole
+from curionav_cli.records import Episode, opened, write_whole
 from curionav_cli.storage.ledger import Ledger
 from curionav_cli.storage.protocol import MARKED, SMALL, Marker, Refusal, parsed, sha256, written
 from curionav_cli.storage.store import Store
 
 MEMBERS = {f"{name}.npy" for name in ("image", "action", "pose", "collided", "events")}
 BELIEF = {"estimate.npy", "dock.npy"}  # of a robot that drifts
+WORDS = ("events.npy", "dock.npy")
 OTHERS = 1 << 20  # bytes of an episode that are neither frames nor numbers of a step
 STEP = 64 * 64 * 3 + 128  # bytes of a step
 LONGEST = 60.0  # seconds until a refused episode is looked at again
@@ -88,8 +88,8 @@ class Inbox:
             if len(raw) != marker.size or sha256(raw) != marker.sha256:
                 self.quarantine(name, raw)
                 raise ValueError(f"its {len(raw)} bytes are not the {marker.size} that its marker tells of")
-            return Arrival(marker, self.opened(name, raw, marker))
-        except (ValueError, TypeError, RecursionError, BadZipFile, RunFolderError) as error:
+            return Arrival(marker, self.unpacked(name, raw, marker))
+        except (ValueError, TypeError, RunFolderError) as error:
             raise EpisodeRefused(str(error)) from error
 
     def check(self, marker: Marker, name: str) -> None:
@@ -101,14 +101,15 @@ class Inbox:
         if not 1 <= marker.steps <= self.steps or marker.size > room(self.steps):
             raise ValueError(f"{marker.steps} steps in {marker.size} bytes cannot be")
 
-    def opened(self, name: str, raw: bytes, marker: Marker) -> Episode:
+    def unpacked(self, name: str, raw: bytes, marker: Marker) -> Episode:
         """Raises ValueError, before anything is unpacked, for what would be no episode of that length."""
         self.folder.mkdir(exist_ok=True)
         refuse_bombs(raw)
         path = self.quarantine(name, raw)
-        with ZipFile(path) as archive:
+        with opened(path) as archive:
             sizes = {info.filename: info.file_size for info in archive.infolist()}
-        if sizes.keys() not in (MEMBERS, MEMBERS | BELIEF) or sum(sizes.values()) > room(marker.steps):
+        if sizes.keys() not in (MEMBERS, MEMBERS | BELIEF) or sum(sizes.values()) > room(marker.steps) or \
+                sum(sizes.get(name, 0) for name in WORDS) > OTHERS:
             raise ValueError("it does not hold what an episode holds")
         episode = Episode.load(path)
         refuse_odd(episode, marker.steps)
@@ -161,7 +162,7 @@ def room(steps: int) -> int:
 def refuse_bombs(raw: bytes) -> None:
     """Raises ValueError for an archive whose table of contents is longer than that of an episode."""
     end = raw[-22:]
-    if len(end) < 22 or end[:4] != b"PK\5\6":
+    if len(end) < 22 or end[:4] != b"PK\5\6" or raw[-42:-38] == b"PK\6\7":  # the latter: a second, longer table
         raise ValueError("it is no archive as numpy writes it")
     entries, size = struct.unpack("<10xHI6x", end)
     if entries not in (len(MEMBERS), len(MEMBERS | BELIEF)) or size > 1 << 12:

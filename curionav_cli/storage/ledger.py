@@ -6,8 +6,11 @@ once checkpoint n + 1 is finished. Rows beyond the newest checkpoint are of an i
 
 from __future__ import annotations
 
+import errno
 import sqlite3
 import uuid
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -24,16 +27,14 @@ create table if not exists trainer (id text);
 
 
 class Ledger:
-    """Raises RunFolderError where the file is broken."""
+    """Raises RunFolderError where the file is broken, OSError where the disk is full."""
 
     def __init__(self, path: Path):
-        try:
+        self.path = path
+        with self.kept():
             self.rows = sqlite3.connect(path, isolation_level=None)
             self.rows.executescript(TABLES)
-            self.rows.execute("insert into trainer select ? where not exists (select * from trainer)",
-                              (uuid.uuid4().hex,))
-        except sqlite3.DatabaseError as error:
-            raise RunFolderError(f"{path} cannot be read ({error}). Restore it from a copy.") from error
+        self.do("insert into trainer select ? where not exists (select * from trainer)", uuid.uuid4().hex)
 
     @property
     def trainer(self) -> str:
@@ -46,9 +47,9 @@ class Ledger:
         if held is not None:
             return int(held)
         position = int(self.one("select count(*) from episodes"))
-        self.rows.execute("insert into episodes values (?, ?, ?, ?, ?, ?, ?, ?, ?)", (
-            position, marker.name, marker.seq, marker.sha256, marker.steps, marker.weights, marker.boot,
-            marker.monotonic, marker.wall))
+        self.do("insert into episodes values (?, ?, ?, ?, ?, ?, ?, ?, ?)",
+                position, marker.name, marker.seq, marker.sha256, marker.steps, marker.weights, marker.boot,
+                marker.monotonic, marker.wall)
         return position
 
     def rewind(self, trained: int) -> list[str]:
@@ -56,14 +57,14 @@ class Ledger:
         count = int(self.one("select count(*) from episodes where position < ?", trained))
         if count < trained:
             raise RunFolderError(f"ledger.sqlite knows {count} of {trained} trained episodes. Restore it from a copy.")
-        later = [str(name) for (name,) in self.rows.execute(
-            "select name from episodes where position >= ? order by position", (trained,))]
-        self.rows.execute("delete from episodes where position >= ?", (trained,))
+        later = [str(name) for (name,) in self.do(
+            "select name from episodes where position >= ? order by position", trained)]
+        self.do("delete from episodes where position >= ?", trained)
         return later
 
     def names(self) -> set[str]:
         """Of all that was taken."""
-        return {name for (name,) in self.rows.execute("select name from episodes")}
+        return {name for (name,) in self.do("select name from episodes")}
 
     def newest(self) -> int:
         """The highest number of an episode that was taken; -1 before the first."""
@@ -75,20 +76,22 @@ class Ledger:
 
     def refuse(self, name: str, reason: str) -> int:
         """How often by now."""
-        self.rows.execute("insert into refused values (?, 1, ?) on conflict (name) do "
-                          "update set times = times + 1, reason = excluded.reason", (name, reason))
+        self.do("insert into refused values (?, 1, ?) on conflict (name) do "
+                "update set times = times + 1, reason = excluded.reason", name, reason)
         return int(self.one("select times from refused where name = ?", name))
 
     def forgive(self, name: str) -> bool:
         """It came whole in the end; was it ever refused?"""
-        return self.rows.execute("delete from refused where name = ?", (name,)).rowcount > 0
+        held = self.one("select count(*) from refused where name = ?", name)
+        self.do("delete from refused where name = ?", name)
+        return bool(held)
 
     def refused(self) -> dict[str, str]:
         """Name -> reason of what waits to be sent again."""
-        return dict(self.rows.execute("select name, reason from refused order by name"))
+        return dict(self.do("select name, reason from refused order by name"))
 
     def publish(self, version: int, sha256: str) -> None:
-        self.rows.execute("insert or replace into versions values (?, ?)", (version, sha256))
+        self.do("insert or replace into versions values (?, ?)", version, sha256)
 
     def version(self, number: int) -> str | None:
         """The SHA-256 of the weights of a version that was published here."""
@@ -99,5 +102,20 @@ class Ledger:
         self.rows.close()
 
     def one(self, query: str, *values: object) -> Any:
-        row = self.rows.execute(query, values).fetchone()
-        return row[0] if row else None
+        rows = self.do(query, *values)
+        return rows[0][0] if rows else None
+
+    def do(self, query: str, *values: object) -> list[Any]:
+        """All rows that it gives."""
+        with self.kept():
+            return self.rows.execute(query, values).fetchall()
+
+    @contextmanager
+    def kept(self) -> Iterator[None]:
+        """SQLite's errors become ours."""
+        try:
+            yield
+        except sqlite3.Error as error:
+            if "full" in str(error):
+                raise OSError(errno.ENOSPC, str(error), str(self.path)) from error
+            raise RunFolderError(f"{self.path} cannot be used ({error}). Restore it from a copy.") from error

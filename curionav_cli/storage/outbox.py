@@ -14,6 +14,7 @@ import time
 import uuid
 from pathlib import Path
 
+from curionav_cli.errors import RunFolderError
 from curionav_cli.records import Episode, write_whole
 from curionav_cli.storage.checkpoint import flush
 from curionav_cli.storage.protocol import Marker, parsed, sha256, written
@@ -40,7 +41,7 @@ class Outbox:
 
     def waiting(self) -> list[Marker]:
         """In the order in which they were lived."""
-        return [parsed(Marker, path.read_bytes()) for path in sorted(self.folder.glob("*.json"))]
+        return [noted(path) for path in sorted(self.folder.glob("*.json"))]
 
     def data(self, marker: Marker) -> Path:
         return self.folder / f"{marker.name}.npz"
@@ -55,7 +56,7 @@ class Outbox:
     def delivered(self, name: str) -> Marker | None:
         """What was sent under this name, if it was."""
         path = self.sent / f"{name}.json"
-        return parsed(Marker, path.read_bytes()) if path.exists() else None
+        return noted(path) if path.exists() else None
 
     def full(self) -> str:
         """Why there is no room for another episode; '' while there is."""
@@ -66,6 +67,14 @@ class Outbox:
         if waiting and usage.used > self.share * usage.total:
             return f"the disk of {self.folder} is filled to {usage.used / usage.total:.0%} (remote.disk={self.share:g})"
         return ""
+
+
+def noted(path: Path) -> Marker:
+    """Raises RunFolderError for a marker that the disk has spoilt."""
+    try:
+        return parsed(Marker, path.read_bytes())
+    except ValueError as error:
+        raise RunFolderError(f"{path} cannot be read ({error}). Remove it; the episode is in episodes/.") from error
 
 
 def link(path: Path, to: Path) -> None:

@@ -26,8 +26,10 @@ class Publisher:
     def publish(self, version: int, raw: bytes) -> None:
         """Weights after `version` episodes. Raises Unreachable, and RunFailed where another server is at work."""
         pointer = Pointer(version, sha256(raw), len(raw), self.settings, self.ledger.newest())
+        there = self.refuse_others(pointer)
         self.ledger.publish(version, pointer.sha256)
-        there = self.refuse_others()
+        if there and there.version > version:  # it went on from an older checkpoint; robots have newer ones of it
+            return
         if there == pointer and self.store.size(pointer.key) == pointer.size:
             return
         self.write(pointer.key, raw)
@@ -46,16 +48,16 @@ class Publisher:
         if back != raw:
             raise Unreachable(f"{key} comes back as something else than was put there")
 
-    def refuse_others(self) -> Pointer | None:
-        """What LATEST says now, if it can be read. Raises RunFailed where it is not ours."""
+    def refuse_others(self, ours: Pointer) -> Pointer | None:
+        """What LATEST says now, if it can be read. Raises RunFailed where it is neither `ours` nor an earlier one."""
         try:
-            pointer = parsed(Pointer, self.store.get(LATEST, SMALL) or b"")
+            there = parsed(Pointer, self.store.get(LATEST, SMALL) or b"")
         except ValueError:
             return None
-        if self.ledger.version(pointer.version) != pointer.sha256:
-            raise RunFailed(f"The storage has weights of version {pointer.version} that are not of this training. Go "
+        if there != ours and self.ledger.version(there.version) != there.sha256:
+            raise RunFailed(f"The storage has weights of version {there.version} that are not of this training. Go "
                             "on in the folder of the training that made them, or use an empty place for storage=...")
-        return pointer
+        return there
 
     def announce(self) -> None:
         """Say that this server is at work, and whether another says so too: a warning, no lock."""

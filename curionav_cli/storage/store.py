@@ -18,7 +18,7 @@ from urllib.parse import unquote, urlsplit
 
 from curionav_cli.errors import ConfigError, Unreachable
 from curionav_cli.storage.credentials import s3_options
-from curionav_cli.storage.reasons import reason
+from curionav_cli.storage.reasons import unreachable
 
 EXAMPLES = "storage=file:///srv/robot or storage=s3://BUCKET/PREFIX"
 
@@ -116,10 +116,10 @@ class Store:
 
 @contextmanager
 def answering() -> Iterator[list[Any]]:
-    """What goes wrong becomes Unreachable with a reason in our words: what a service says may hold secrets."""
+    """What goes wrong becomes Unreachable, or Denied, in our words: what a service says may hold secrets."""
     from obstore.exceptions import BaseError
 
-    told = ""
+    told: Unreachable | None = None
     try:
         yield []
     except TooLarge:
@@ -127,9 +127,9 @@ def answering() -> Iterator[list[Any]]:
     except (BaseError, OSError, ValueError, TimeoutError) as error:
         if isinstance(error, FileNotFoundError) and "NoSuchBucket" not in str(error):
             return
-        told = reason(str(error))
+        told = unreachable(str(error))
     if told:
-        raise Unreachable(told) from None
+        raise told from None
 
 
 def gathered(chunks: Any, most: int) -> bytes:
