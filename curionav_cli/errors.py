@@ -11,7 +11,7 @@
 What goes wrong between robot and server ends no run; who meets it goes on with what it has:
 
     Unreachable               the storage gives no answer, or refuses
-    └── Denied                it refuses, and waiting mends nothing (wrong key, no bucket): no run begins with it
+    └── Denied                it refuses, and waiting mends nothing: a wrong key, no bucket
     WeightsRefused            weights that came and cannot be used
     EpisodeRefused            an episode that came and cannot be used
 """

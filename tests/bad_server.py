@@ -124,7 +124,8 @@ class Handler(BaseHTTPRequestHandler):
 
 def flipped(raw: bytes) -> bytes:
     """One bit of it is another one."""
-    return raw[:50] + bytes([raw[50] ^ 4]) + raw[51:]
+    at = min(50, len(raw) // 2)
+    return raw[:at] + bytes([raw[at] ^ 4]) + raw[at + 1:]
 
 
 class BadServer(ThreadingHTTPServer):

