@@ -3,14 +3,19 @@ from twice, and the final weights are those of the undisturbed life (the numbers
 
 from __future__ import annotations
 
+import errno
+import shutil
+from collections.abc import Callable
+
 import pytest
 from storage.remote.pair import Pair
 
-from curionav_cli.errors import RunFailed
+from curionav_cli.errors import RunFailed, RunFolderError
 from curionav_cli.storage import checkpoint, outbox
 from curionav_cli.storage.courier import Courier
 from curionav_cli.storage.ledger import Ledger
 from curionav_cli.storage.outbox import Outbox
+from curionav_cli.storage.protocol import LATEST
 from curionav_cli.storage.shelf import Shelf
 from curionav_cli.storage.store import Store
 
@@ -23,6 +28,23 @@ def die(*_: object) -> None:
     raise Killed
 
 
+def deadly(monkeypatch: pytest.MonkeyPatch, owner: object, name: str, after: bool,
+           now: Callable[[], bool]) -> list[int]:
+    """While `now` says so, up to five times, who calls that is killed before or after it; a list of the kills."""
+    plain, kills = getattr(owner, name), list[int]()
+
+    def wrapped(*words: object, **named: object) -> object:
+        dies = len(kills) < 5 and now()
+        result = plain(*words, **named) if after or not dies else None
+        if dies:
+            kills.append(1)
+            raise Killed
+        return result
+
+    monkeypatch.setattr(owner, name, wrapped)
+    return kills
+
+
 @pytest.mark.parametrize(("owner", "name", "after"), [
     (Outbox, "add", False), (outbox, "link", True), (Outbox, "add", True), (Store, "put", False), (Store, "put", True),
     (Courier, "send", True), (Outbox, "deliver", True), (Courier, "fetch", True), (Shelf, "keep", False),
@@ -32,23 +54,10 @@ def test_a_robot_that_is_rebooted_at_any_boundary_of_a_delivery(
         pair: Pair, monkeypatch: pytest.MonkeyPatch, owner, name: str, after: bool) -> None:
     """39: from its third episode on, three times at least; it lives that episode again, or goes on after it, as the
     loop does."""
-    plain, kills = getattr(owner, name), []
-
-    def deadly(*words: object, **named: object) -> object:
-        dies = pair.lived >= 3 and len(kills) < 5 and not serving
-        if dies and not after:
-            kills.append(1)
-            raise Killed
-        result = plain(*words, **named)
-        if dies:
-            kills.append(1)
-            raise Killed
-        return result
-
     serving: list[int] = []
     serve = pair.serve
     monkeypatch.setattr(pair, "serve", lambda: (serving.append(1), serve(), serving.clear()))
-    monkeypatch.setattr(owner, name, deadly)
+    kills = deadly(monkeypatch, owner, name, after, lambda: pair.lived >= 3 and not serving)
     pair.dock()
     seq = 0
     while seq < 5:
@@ -73,20 +82,7 @@ def test_a_server_that_is_killed_at_any_boundary_ends_with_the_weights_of_the_qu
     for seq in range(5):
         pair.live(seq)
     pair.robot.exchange(pair.lived)
-    plain, kills = getattr(owner, name), []
-
-    def deadly(*words: object, **named: object) -> object:
-        dies = pair.server.done >= 2 and len(kills) < 5
-        if dies and not after:
-            kills.append(1)
-            raise Killed
-        result = plain(*words, **named)
-        if dies:
-            kills.append(1)
-            raise Killed
-        return result
-
-    monkeypatch.setattr(owner, name, deadly)
+    kills = deadly(monkeypatch, owner, name, after, lambda: pair.server.done >= 2)
     for _ in range(9):
         try:
             pair.serve()
@@ -118,6 +114,40 @@ def test_a_server_killed_between_weights_and_pointer_mends_the_pointer(pair: Pai
     pair.server.publish()
     take(9)
     assert pair.robot.version == 5 and pair.acting == pair.expected(*range(5))
+
+
+def test_a_server_that_goes_on_from_an_older_checkpoint_does_not_set_robots_back(pair: Pair) -> None:
+    """Its newest is broken: what it did after the older one it does again, to the same weights."""
+    pair.dock()
+    for seq in range(3):
+        pair.live(seq)
+        pair.dock()
+    before = pair.store().get(LATEST, 999)
+    shutil.rmtree(pair.folder / "server" / "checkpoint" / "000003")
+    pair.ledger.close()
+    pair.boot_server()
+    assert pair.server.done == 2
+    pair.server.publish()
+    assert pair.store().get(LATEST, 999) == before
+    pair.live(3)
+    pair.dock()
+    pair.undisturbed(4)
+    assert pair.said == {"robot": [], "server": []}
+
+
+def test_a_ledger_on_a_full_disk_and_a_broken_one(pair: Pair) -> None:
+    pair.ledger.rows.execute("pragma max_page_count = 1")
+    pair.live(0)
+    with pytest.raises(OSError, match="full") as full:
+        for number in range(9999):
+            pair.ledger.refuse(f"{number:06d}", "x" * 200)
+    assert full.value.errno == errno.ENOSPC
+    pair.ledger.close()
+    with pytest.raises(RunFolderError, match=r"ledger\.sqlite cannot be used .*\. Restore it from a copy\."):
+        pair.ledger.names()
+    (pair.folder / "server" / "ledger.sqlite").write_bytes(b"no database" * 999)
+    with pytest.raises(RunFolderError, match=r"ledger\.sqlite cannot be used .*\. Restore it from a copy\."):
+        pair.boot_server()
 
 
 def test_two_servers_at_once_from_the_beginning_publish_the_same(pair: Pair, an_episode) -> None:
