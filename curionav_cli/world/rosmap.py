@@ -24,7 +24,7 @@ from curionav_cli.errors import MapError
 from curionav_cli.records import Pose
 from curionav_cli.world.dressing import dress
 from curionav_cli.world.ground import Site
-from curionav_cli.world.image_file import read_image
+from curionav_cli.world.image_file import Picture, read_image
 from curionav_cli.world.scene_file import Lists
 from curionav_cli.world.visitable import grid_shape, largest_component
 
@@ -32,6 +32,7 @@ FREE, OCCUPIED, UNKNOWN = 0, 100, -1
 IMAGES = (".pgm", ".png", ".jpg", ".jpeg", ".bmp", ".tif", ".tiff", ".gif", ".ppm")
 TRAP_GREY = 205  # map_saver's grey for unknown; p = 0.19608
 TRAP_SHARE = 0.005
+BLOCK = 2**16  # pixels that are looked up at once: numpy makes eight bytes of every index
 HALF = 50  # in the modes scale and raw, an occupancy from here on is an obstacle
 
 
@@ -41,7 +42,7 @@ class MapWarning(UserWarning):
 
 @dataclass(frozen=True)
 class RosMap:
-    """cells (rows, columns) int: FREE, OCCUPIED, UNKNOWN or 1..99; row 0 is the lowest."""
+    """cells (rows, columns) int8: FREE, OCCUPIED, UNKNOWN or 1..99; row 0 is the lowest."""
 
     cells: np.ndarray
     resolution: float
@@ -75,16 +76,13 @@ def read_map(path: Path, unknown_grey: int | None = None) -> RosMap:
     resolution = _number(spec["resolution"], path, "resolution")
     if resolution <= 0.0:
         raise MapError(f"{path}: resolution is {resolution:g}; it is metres per pixel, more than 0.")
-    shade, alpha = read_image(image)
-    cells = _occupancy(shade, alpha, spec, path)
-    grey = np.rint(shade * 255.0)
-    if unknown_grey is not None:
-        cells[grey == unknown_grey] = UNKNOWN
-    elif ((grey == TRAP_GREY) & (cells == FREE)).mean() > TRAP_SHARE:
+    picture = read_image(image)
+    cells, trapped = _occupancy(picture, spec, path, unknown_grey)
+    if unknown_grey is None and trapped > TRAP_SHARE:
         warnings.warn(f"{path}: grey {TRAP_GREY} usually means unknown, and free_thresh "
                       f"{spec.get('free_thresh', 0.196)} makes it free. Set env.unknown_grey={TRAP_GREY} "
                       "if rooms run out into the unknown.", MapWarning, stacklevel=2)
-    return RosMap(cells[::-1].copy(), resolution, _origin(spec["origin"], path))
+    return RosMap(cells[::-1], resolution, _origin(spec["origin"], path))
 
 
 def _specification(path: Path) -> dict[str, Any]:
@@ -118,27 +116,42 @@ def _origin(raw: Any, path: Path) -> Pose:
     return Pose(*(_number(part, path, "origin") for part in [*raw, 0.0][:3]))
 
 
-def _occupancy(shade: np.ndarray, alpha: np.ndarray | None, spec: dict[str, Any], path: Path) -> np.ndarray:
-    """(rows, columns) int as the mode says: trinary, scale (1 to 99 between), raw (the grey itself)."""
+def _occupancy(picture: Picture, spec: dict[str, Any], path: Path, unknown: int | None) -> tuple[np.ndarray, float]:
+    """(rows, columns) int8, row 0 on top, and the share of it that is free and of the grey that is usually unknown."""
     mode = spec.get("mode", "trinary")
+    weighed = mode == "trinary" and picture.alpha is not None  # map_server averages alpha in as one more channel
+    white = picture.white + weighed * picture.opaque
+    meaning = _meaning(np.arange(white + 1) / white, mode, spec, path)
+    greys = np.rint(np.arange(picture.white + 1) / picture.white * 255.0).astype(np.int64)
+    cells, trapped = np.empty(picture.level.size, np.int8), 0
+    for at in range(0, cells.size, BLOCK):
+        here = slice(at, at + BLOCK)
+        level = np.minimum(picture.level.reshape(-1)[here], picture.white)
+        alpha = None if picture.alpha is None else picture.alpha.reshape(-1)[here]
+        part, grey = meaning[level + alpha if weighed else level], greys[level]
+        if mode == "scale" and alpha is not None:
+            part[alpha < picture.opaque] = UNKNOWN
+        trapped += int(((grey == TRAP_GREY) & (part == FREE)).sum())
+        part[grey == unknown] = UNKNOWN
+        cells[here] = part
+    return cells.reshape(picture.level.shape), trapped / cells.size
+
+
+def _meaning(shade: np.ndarray, mode: Any, spec: dict[str, Any], path: Path) -> np.ndarray:
+    """int8 of each shade, as the mode says: trinary, scale (1 to 99 between), raw (the grey itself)."""
     negate = bool(spec.get("negate", 0))
     if mode == "raw":
-        value = np.rint(shade * 255.0).astype(np.int64)
-        return np.where(value <= OCCUPIED, value, UNKNOWN)
+        value = np.rint(shade * 255.0)
+        return np.where(value <= OCCUPIED, value, UNKNOWN).astype(np.int8)
     if mode not in ("trinary", "scale"):
         raise MapError(f"{path}: mode must be trinary, scale or raw, not {mode!r}.")
     most = _number(spec.get("occupied_thresh", 0.65), path, "occupied_thresh")
     least = _number(spec.get("free_thresh", 0.196), path, "free_thresh")
     if least >= most:
         raise MapError(f"{path}: free_thresh {least:g} must be below occupied_thresh {most:g}.")
-    if mode == "trinary" and alpha is not None:
-        shade = (3.0 * shade + alpha) / 4.0  # map_server averages alpha in as one more channel
     p = shade if negate else 1.0 - shade
     between = UNKNOWN if mode == "trinary" else 1 + np.floor(98.0 * (p - least) / (most - least))
-    cells = np.where(p > most, OCCUPIED, np.where(p < least, FREE, between)).astype(np.int64)
-    if mode == "scale" and alpha is not None:
-        cells[alpha < 1.0] = UNKNOWN
-    return cells
+    return np.where(p > most, OCCUPIED, np.where(p < least, FREE, between)).astype(np.int8)
 
 
 def _explored_part(free: np.ndarray, resolution: float, env: Env) -> np.ndarray:
