@@ -31,12 +31,12 @@ def run(request: Request) -> int:
     return launch(request, work, summary, check)
 
 
-def explore(settings: Config, folder: Path) -> RunFolder:
-    """Live the run in `folder` to its end; a folder that holds its beginning is continued.
+def explore(settings: Config, folder: Path, drawn: bool = True) -> RunFolder:
+    """Live the run in `folder` to its end; a folder that holds its beginning is continued. drawn: with figures.
 
     Raises UserError before anything is written, RunFailed where the run cannot go on.
     """
-    return see_through("explore", Exploration(rooted(settings), folder))
+    return see_through("explore", Exploration(rooted(settings), folder, drawn))
 
 
 class Exploration:
@@ -44,8 +44,9 @@ class Exploration:
 
     unit = "episode"
 
-    def __init__(self, settings: Config, folder: Path):
+    def __init__(self, settings: Config, folder: Path, drawn: bool = True):
         self.settings, self.run, self.total = settings, RunFolder(folder), settings.loop.episodes
+        self.drawn = drawn
         self.world = build.scene(settings)
         self.fixed = fixed_settings(settings, self.world.plan, loop=("steps", "iterations"))
         self.shared = {key: value for key, value in self.fixed.items() if key != "robot"}  # with a server
@@ -92,7 +93,8 @@ class Exploration:
                            **recorder.usage())
             live(env, agent, learn, episodes=loop.episodes, steps=loop.steps, seed=self.settings.seed, watch=recorder,
                  first=first)
-        draw(run)
+        if self.drawn:
+            draw(run)
         if self.remote:
             remote.refuse_undelivered(run)
 
