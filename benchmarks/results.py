@@ -24,7 +24,7 @@ from pathlib import Path
 
 from simulator import machine, write
 
-from curionav_cli.records import read_json
+from curionav_cli.files import read_json
 from curionav_cli.results import plots
 from curionav_cli.results.runs import Run
 

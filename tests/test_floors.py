@@ -10,8 +10,8 @@ import pytest
 import curionav_cli
 
 ROOMS = (
-    "errors", "geometry", "records", "config.bounds", "config.agent_schema", "config.cbet_schema", "config.schema",
-    "config", "world", "robot", "storage", "agents", "loop", "results", "build", "commands", "app",
+    "errors", "geometry", "files", "records", "config.bounds", "config.agent_schema", "config.cbet_schema",
+    "config.schema", "config", "world", "robot", "storage", "agents", "loop", "results", "build", "commands", "app",
 )
 LENT = {"torch": ("agents",), "hydra": ("config",), "omegaconf": ("config",), "matplotlib": ("results",)}
 PACKAGE = Path(curionav_cli.__file__).parent

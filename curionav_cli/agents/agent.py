@@ -23,7 +23,8 @@ from typing import Any
 
 import numpy as np
 
-from curionav_cli.records import Episode, Foresight, read_json
+from curionav_cli.files import read_json
+from curionav_cli.records import Episode, Foresight
 from curionav_cli.storage.replay import Replay
 
 

@@ -9,7 +9,8 @@ from typing import Any
 import numpy as np
 
 from curionav_cli.agents.agent import Agent
-from curionav_cli.records import FloorPlan, read_json
+from curionav_cli.files import read_json
+from curionav_cli.records import FloorPlan
 from curionav_cli.world.motion import COS, FORWARD, HEADINGS, LEFT, RIGHT, SIN, STEP, forward_clear
 from curionav_cli.world.scene import Scene
 

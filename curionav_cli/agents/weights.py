@@ -11,7 +11,7 @@ from safetensors.torch import load, save
 from torch import Tensor, nn
 
 from curionav_cli.errors import RunFolderError, WeightsRefused
-from curionav_cli.records import write_whole
+from curionav_cli.files import write_whole
 
 WEIGHTS = "weights.safetensors"
 

@@ -17,8 +17,8 @@ from curionav_cli.config.job import Outcome
 from curionav_cli.config.schema import Config, Learner
 from curionav_cli.config.settings import settings_yaml
 from curionav_cli.errors import ConfigError
+from curionav_cli.files import refuse_broken
 from curionav_cli.loop import LearnHere, live
-from curionav_cli.records import refuse_broken
 from curionav_cli.results.coverage import cover
 from curionav_cli.storage import checkpoint
 from curionav_cli.storage.loggers import LOGGERS

@@ -16,7 +16,8 @@ from curionav_cli.commands.progress import say
 from curionav_cli.config.schema import Config
 from curionav_cli.config.settings import settings_yaml
 from curionav_cli.errors import RunFolderError
-from curionav_cli.records import FloorPlan, read_json
+from curionav_cli.files import read_json
+from curionav_cli.records import FloorPlan
 from curionav_cli.storage import checkpoint, provenance
 from curionav_cli.storage.run_folder import RunFolder
 

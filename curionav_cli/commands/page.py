@@ -9,7 +9,8 @@ from typing import Any
 
 from curionav_cli.commands.summary import write_text
 from curionav_cli.errors import RunFolderError
-from curionav_cli.records import Episode, read_json
+from curionav_cli.files import read_json
+from curionav_cli.records import Episode
 from curionav_cli.results import film, plots, report
 from curionav_cli.results.comparison import Comparison, Field
 from curionav_cli.results.comparison_tables import Table, run_table, version_table

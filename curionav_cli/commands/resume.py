@@ -19,7 +19,7 @@ from curionav_cli.config.preflight import pin
 from curionav_cli.config.schema import Remote
 from curionav_cli.config.settings import read_settings
 from curionav_cli.errors import ConfigError, RunFailed, RunFolderError, Terminated, UserError
-from curionav_cli.records import read_json
+from curionav_cli.files import read_json
 from curionav_cli.storage.run_folder import RunFolder
 
 # A run may be longer than planned, files may move, machines differ in memory, and CUDA graphs may fail.

@@ -13,7 +13,7 @@ from rich.console import Console
 from rich.table import Table
 
 from curionav_cli.errors import UserError
-from curionav_cli.records import write_whole
+from curionav_cli.files import write_whole
 from curionav_cli.results import plots, tables
 from curionav_cli.results.runs import Run, job_number, tell_apart
 

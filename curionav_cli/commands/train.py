@@ -25,8 +25,8 @@ from curionav_cli.config.job import Outcome
 from curionav_cli.config.schema import Config, Learner
 from curionav_cli.config.settings import settings_yaml
 from curionav_cli.errors import ConfigError, RunFolderError
+from curionav_cli.files import read_json
 from curionav_cli.loop import train as learn
-from curionav_cli.records import read_json
 from curionav_cli.storage import episodes
 from curionav_cli.storage.loggers import LOGGERS
 from curionav_cli.storage.replay import Replay

@@ -10,7 +10,8 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from curionav_cli.records import FloorPlan, read_arrays
+from curionav_cli.files import read_arrays
+from curionav_cli.records import FloorPlan
 from curionav_cli.results import plots
 from curionav_cli.results.runs import Run
 

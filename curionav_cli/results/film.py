@@ -17,7 +17,8 @@ import numpy as np
 from matplotlib.colors import to_rgb
 
 from curionav_cli.errors import RunFolderError
-from curionav_cli.records import Episode, FloorPlan, write_whole
+from curionav_cli.files import write_whole
+from curionav_cli.records import Episode, FloorPlan
 from curionav_cli.results.plots import START, picture_of
 
 SIDE = 192  # pixels: the camera's picture is enlarged three times

@@ -8,7 +8,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from curionav_cli.records import Foresight, read_arrays
+from curionav_cli.files import read_arrays
+from curionav_cli.records import Foresight
 from curionav_cli.results import moved
 from curionav_cli.results.runs import Run
 

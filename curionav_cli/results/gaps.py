@@ -5,7 +5,8 @@ from __future__ import annotations
 from typing import Any, NamedTuple
 
 from curionav_cli.errors import RunFolderError
-from curionav_cli.records import FloorPlan, read_arrays
+from curionav_cli.files import read_arrays
+from curionav_cli.records import FloorPlan
 from curionav_cli.results.coverage import Coverage
 from curionav_cli.storage.run_folder import RunFolder
 

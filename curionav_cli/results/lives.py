@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from curionav_cli.errors import RunFolderError
-from curionav_cli.records import read_json
+from curionav_cli.files import read_json
 from curionav_cli.results.arms import Settings, arm_settings, world_settings
 from curionav_cli.results.coverage import Curve
 from curionav_cli.results.runs import Run, job_number, spent

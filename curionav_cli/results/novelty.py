@@ -13,7 +13,8 @@ import numpy as np
 from scipy.spatial import cKDTree
 from scipy.stats import mannwhitneyu
 
-from curionav_cli.records import Foresight, Surprise, read_arrays
+from curionav_cli.files import read_arrays
+from curionav_cli.records import Foresight, Surprise
 from curionav_cli.results.runs import Run
 
 NEWEST = 20  # episodes that are judged

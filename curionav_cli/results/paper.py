@@ -12,7 +12,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from curionav_cli.records import DockReport, FloorPlan, read_arrays
+from curionav_cli.files import read_arrays
+from curionav_cli.records import DockReport, FloorPlan
 from curionav_cli.results.comparison import Comparison, Field
 from curionav_cli.results.docking import reports
 from curionav_cli.results.estimates import summary

@@ -16,7 +16,8 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 from matplotlib.ticker import EngFormatter
 
-from curionav_cli.records import FloorPlan, write_whole
+from curionav_cli.files import write_whole
+from curionav_cli.records import FloorPlan
 from curionav_cli.results.coverage import Coverage
 from curionav_cli.results.runs import Run
 

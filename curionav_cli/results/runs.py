@@ -11,7 +11,8 @@ from typing import Any
 
 import numpy as np
 
-from curionav_cli.records import FloorPlan, read_arrays
+from curionav_cli.files import read_arrays
+from curionav_cli.records import FloorPlan
 from curionav_cli.results.arms import flat, labels
 from curionav_cli.results.coverage import Coverage, Curve
 from curionav_cli.results.gaps import Readable, readable

@@ -12,7 +12,8 @@ import gymnasium
 import numpy as np
 
 from curionav_cli.config.robot_schema import Turtlebot
-from curionav_cli.records import Pose, read_arrays, read_json, write_arrays
+from curionav_cli.files import read_arrays, read_json, write_arrays
+from curionav_cli.records import Pose
 from curionav_cli.robot.base import Base
 from curionav_cli.robot.body import Body
 from curionav_cli.robot.homecoming import Homecoming, Link

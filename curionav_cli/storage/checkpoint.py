@@ -21,7 +21,7 @@ from pathlib import Path
 from typing import Any
 
 from curionav_cli.errors import RunFolderError, SoundnessWarning
-from curionav_cli.records import read_json
+from curionav_cli.files import read_json
 
 KEPT = 2
 CHECKSUMS = "checksums.json"

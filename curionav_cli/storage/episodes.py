@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from curionav_cli.errors import RunFolderError
-from curionav_cli.records import checksum, read_arrays
+from curionav_cli.files import checksum, read_arrays
 from curionav_cli.storage.run_folder import RunFolder
 
 

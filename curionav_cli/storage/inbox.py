@@ -13,7 +13,8 @@ from typing import NamedTuple
 import numpy as np
 
 from curionav_cli.errors import EpisodeRefused, RunFolderError
-from curionav_cli.records import Episode, opened, write_whole
+from curionav_cli.files import opened, write_whole
+from curionav_cli.records import Episode
 from curionav_cli.storage.ledger import Ledger
 from curionav_cli.storage.protocol import MARKED, SMALL, Marker, Refusal, parsed, sha256, written
 from curionav_cli.storage.store import Store

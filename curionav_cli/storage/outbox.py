@@ -15,7 +15,8 @@ import uuid
 from pathlib import Path
 
 from curionav_cli.errors import RunFolderError
-from curionav_cli.records import Episode, write_whole
+from curionav_cli.files import write_whole
+from curionav_cli.records import Episode
 from curionav_cli.storage.checkpoint import flush
 from curionav_cli.storage.protocol import Marker, parsed, sha256, written
 

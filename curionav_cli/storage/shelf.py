@@ -7,7 +7,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from curionav_cli.errors import WeightsRefused
-from curionav_cli.records import write_whole
+from curionav_cli.files import write_whole
 from curionav_cli.storage.protocol import Pointer, parsed, sha256, written
 
 KEPT = 2

@@ -16,7 +16,8 @@ from entry import Cli
 from curionav_cli.config.bombs import refuse_bomb
 from curionav_cli.config.settings import read_settings
 from curionav_cli.errors import MapError, RunFolderError, SceneError, UserError
-from curionav_cli.records import Episode, FloorPlan, read_arrays
+from curionav_cli.files import read_arrays
+from curionav_cli.records import Episode, FloorPlan
 from curionav_cli.world.image_file import read_image
 from curionav_cli.world.scene import Scene
 from curionav_cli.world.scene_file import plain

@@ -13,7 +13,8 @@ from safetensors.numpy import save
 
 from curionav_cli.agents.weights import read_tensors
 from curionav_cli.config.settings import read_settings
-from curionav_cli.records import Episode, FloorPlan, Pose, read_json, sealed
+from curionav_cli.files import read_json, sealed
+from curionav_cli.records import Episode, FloorPlan, Pose
 from curionav_cli.storage import checkpoint
 from curionav_cli.world.rosmap import read_map
 from curionav_cli.world.scene import Scene

@@ -33,8 +33,10 @@ def slurm() -> Iterator[dict[str, str]]:
 
 
 def curionav(environment: dict[str, str], *words: str) -> subprocess.Popen[str]:
+    """As a terminal starts it: tests that run in the background have their Ctrl-C taken away by the shell."""
     return subprocess.Popen([sys.executable, "-m", "curionav_cli", *words], env=environment, text=True,
-                            stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+                            stdout=subprocess.PIPE, stderr=subprocess.PIPE,
+                            preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL))
 
 
 def test_six_runs(slurm: dict[str, str], tmp_path: Path) -> None:
@@ -74,7 +76,7 @@ def test_ctrl_c_says_how_to_stop_the_jobs(slurm: dict[str, str], tmp_path: Path)
     sent = curionav(slurm, "explore", "-m", *LONG[:-1], "loop.episodes=4000", *QUEUE, f"hydra.sweep.dir={sweep}")
     until(lambda: list(sweep.glob("*/status.json")), "no run began", 300)
     os.kill(sent.pid, signal.SIGINT)
-    _, error = sent.communicate(timeout=60)
+    _, error = sent.communicate(timeout=300)
     assert sent.returncode == 130
     line = next(line for line in error.splitlines() if "scancel" in line)
     job = line.rpartition("scancel ")[2]

@@ -26,7 +26,7 @@ def test_a_write_that_fails_leaves_the_old_file_and_no_litter(tmp_path, an_episo
 
     def full(_):
         raise OSError(28, "No space left on device")
-    monkeypatch.setattr("curionav_cli.records.os.fsync", full)
+    monkeypatch.setattr("curionav_cli.files.os.fsync", full)
     with pytest.raises(OSError):
         an_episode(steps=5).save(tmp_path / "a.npz")
     assert (tmp_path / "a.npz").read_bytes() == before

@@ -20,7 +20,7 @@ from curionav_cli.agents.cbet.learner import Learner
 from curionav_cli.agents.cbet.unrolls import Unroll
 from curionav_cli.agents.weights import below, load_weights, prefixed, read_tensors, save_weights, write_tensors
 from curionav_cli.errors import RunFolderError
-from curionav_cli.records import read_json, write_whole
+from curionav_cli.files import read_json, write_whole
 
 TRAINING, MEMORY, NUMBERS = "training.safetensors", "memory.safetensors", "memory.json"
 Waiting = list[Unroll]

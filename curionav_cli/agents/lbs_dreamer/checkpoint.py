@@ -12,7 +12,7 @@ from pathlib import Path
 
 from curionav_cli.agents.lbs_dreamer.learner import Learner
 from curionav_cli.agents.weights import below, load_weights, prefixed, read_tensors, save_weights, write_tensors
-from curionav_cli.records import read_json, write_whole
+from curionav_cli.files import read_json, write_whole
 
 TRAINING, COUNTERS = "training.safetensors", "training.json"
 
