@@ -33,7 +33,7 @@ from curionav_cli.world.visitable import (
 )
 
 TUNE_STEPS = 200
-LAMP_SPACING = 2.5
+LAMP_SPACING, LAMPS = 2.5, 10_000  # metres; a building of 250 x 250 m
 START_ROOM = 0.1  # metres beside the robot that nothing may be moved into
 
 
@@ -81,14 +81,17 @@ def four_walls(env: Env, rooms: tuple[Room, ...], source: str) -> Site:
         inside = (x > x0) & (x < x1) & (y > y0) & (y < y1)
         index[inside], floor[inside] = materials.index(room.floor), True
     lit = [room.rect for room in rooms] or [(0.0, 0.0, width, depth)]
-    lights = () if env.lamps else _room_lamps(lit)
+    lights = () if env.lamps else _room_lamps(lit, source)
     return Site(size, cell, layout.shell(size, env.height, rooms), Ground(index, cell, materials),
                 floor if rooms else ~floor, lights)
 
 
-def _room_lamps(rects: list[tuple[float, ...]]) -> tuple[tuple[float, float], ...]:
-    lamps = []
+def _room_lamps(rects: list[tuple[float, ...]], source: str) -> tuple[tuple[float, float], ...]:
+    lamps: list[tuple[float, float]] = []
     for x0, y0, x1, y1 in rects:
+        if len(lamps) + max(1.0, (x1 - x0) / LAMP_SPACING) * max(1.0, (y1 - y0) / LAMP_SPACING) > LAMPS:
+            raise SceneError(f"{source}: with a lamp every {LAMP_SPACING:g} m its rooms have more than {LAMPS}. "
+                             "Make them smaller, or say where the lamps hang, as lamps: [[x, y], ...].")
         across, along = (max(1, round(length / LAMP_SPACING)) for length in (x1 - x0, y1 - y0))
         lamps += [(x0 + (i + 0.5) * (x1 - x0) / across, y0 + (j + 0.5) * (y1 - y0) / along)
                   for j in range(along) for i in range(across)]

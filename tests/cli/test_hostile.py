@@ -80,6 +80,13 @@ def test_a_yaml_that_unfolds_is_refused_before_it_does(cli: Cli, tmp_path: Path)
     assert answer.code == 2 and "map.yaml" in answer.error
 
 
+@pytest.mark.parametrize("rooms", [[[0, 0, 1e60, 4]], [[-1e308, 0, 1e308, 4]], [[0, 0, 400, 400]] * 3])
+def test_rooms_with_more_lamps_than_any_building(rooms: list) -> None:
+    changes = {"rooms": [{"rect": rect} for rect in rooms], "visitable": None, "visitable_sha256": None}
+    with pytest.raises(SceneError, match=r"its rooms have more than 10000"):
+        Scene.from_dict({**plain("small_room")[0], **changes})
+
+
 @pytest.mark.parametrize("changes", [
     {"size": [1e6, 1e6]}, {"size": [4e4, 4e4], "cell": 2.0, "visitable": None, "visitable_sha256": None},
     {"repeat": [{"times": 10**9, "step": [0, 0.1], "of": {"kind": "box", "x": 1, "y": 1}}]},

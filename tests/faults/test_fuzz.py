@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import json
 import os
+import resource
 import struct
 import tempfile
 import time
@@ -36,6 +37,7 @@ from hypothesis import HealthCheck, given, settings  # noqa: E402
 from hypothesis import strategies as st  # noqa: E402
 
 QUICK, SLACK = 60, 2 * 2**20  # examples; bytes for what a reader needs whatever the file
+MOST = 8 * 2**30  # bytes of addresses, so that a reader without bounds fails before the machine does
 DEFLATED = 1032  # bytes that one byte of deflate becomes at most
 SECONDS = float(os.environ.get("CURIONAV_FUZZ_SECONDS", "3600"))
 VALUES = st.recursive(
@@ -171,6 +173,7 @@ def test_a_picture_that_claims_more_than_it_holds(tmp_path: Path, kind: str) -> 
 @pytest.mark.timeout(0)
 def test_for_an_hour() -> None:
     """Every reader in turn, other examples each time; what it did is printed."""
+    resource.setrlimit(resource.RLIMIT_AS, (MOST, resource.getrlimit(resource.RLIMIT_AS)[1]))
     end, examples = time.monotonic() + SECONDS, 0
     while time.monotonic() < end:
         for make in READERS:
