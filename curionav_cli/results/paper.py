@@ -133,8 +133,10 @@ def coverage(comparison: Comparison) -> Iterator[Number]:
     for field in comparison.fields:
         for arm, lives in field.arms.items():
             given = field.env in COVERED and comparison.arms[arm] == "lbs_dreamer"
-            where = 'section "Real world"' if field.env in COVERED else "figure of the apartments"
-            curve = f"a curve, to {LIVED[comparison.arms[arm]]} steps" if comparison.arms[arm] in LIVED else "nothing"
+            home = field.env not in COVERED
+            where = "figure of the apartments" if home else 'section "Real world"'
+            lived = LIVED.get(comparison.arms[arm]) if home else None
+            curve = f"a curve, to {lived} steps" if lived else "nothing"
             reached = mean_interval(field.shares(arm, np.array([field.horizon]))[:, 0])
             yield Number(where, f"coverage, {field.env}, {arm}", COVERED[field.env][2] if given else curve,
                          f"{reached:.1%} after {field.horizon:,} steps", f"{len(lives)}", source(lives))
@@ -189,12 +191,13 @@ def docking(lives: Sequence[Life], runs: Sequence[RunFolder]) -> Iterator[Number
     for env, paper in DOCKED.items():
         here = {life.folder: list(homecomings(life.folder)) for life in lives if life.scene == env}
         here |= {run.path: reports(run) for run in runs if run.settings["env"]["name"] == env}
+        here = {path: several for path, several in here.items() if several}
         found = [report for several in here.values() for report in several]
         if found:
             docked = sum(report.success and not report.human for report in found)
             yield Number("appendix, table of docking", f"auto docking, {env}", paper,
-                         f"{docked:,} of {len(found):,}: {share_interval(docked, len(found)):.1%}", f"{len(here)} runs",
-                         parents(list(here)))
+                         f"{docked:,} of {len(found):,}: {share_interval(docked, len(found)):.1%}",
+                         f"{len(here)} run{'s' * (len(here) != 1)}", parents(list(here)))
 
 
 def homecomings(folder: Path) -> Iterator[DockReport]:

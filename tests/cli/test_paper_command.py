@@ -83,3 +83,17 @@ def test_the_diagram_has_every_phase_and_what_was_passed_through(tmp_path: Path)
 def test_wrong_words_have_one_clear_line(cli: Cli, words: tuple[str, ...], said: str) -> None:
     answer = cli("paper", *words)
     assert answer.code == 2 and said in answer.error and len(answer.error.strip().splitlines()) == 1
+
+
+def test_homecomings_are_counted_over_the_runs_that_had_any(cli: Cli, tmp_path: Path) -> None:
+    short = ("env=small_room", "loop.steps=50", "loop.episodes=1")
+    for agent in ("bounce", "cbet"):
+        assert cli("explore", *short, f"agent={agent}", f"hydra.run.dir=runs/{agent}").code == 0
+    assert cli("dock", "env=small_room", "loop.steps=20", "dock.requests=2", "hydra.run.dir=home").code == 0
+    answer = cli("paper", "numbers", "runs", "home", "out=out")
+    assert answer.code == 0, answer.error
+    rows = [line.split(" | ") for line in (tmp_path / "out" / "paper-vs-ours.md").read_text().splitlines()]
+    docked = next(row for row in rows if row[1:] and row[1] == "auto docking, small_room")
+    assert " of 2: " in docked[3] and docked[4] == "1 run" and "runs/" not in docked[5]
+    theirs = next(row for row in rows if row[1:] and row[1] == "coverage, small_room, cbet")
+    assert theirs[2] == "nothing"  # the paper has C-BET in the apartments only
