@@ -148,4 +148,6 @@ def summary(folder: Path, outcomes: list[Outcome]) -> None:
         end.print_files(console, one.path, ("metrics.jsonl", "checkpoint"))
     if runs:
         on = f"curionav resume {shlex.quote(str(folder))}"
-        end.print_next(console, [f"{on} loop.iterations=...   (the same training, longer)"])
+        served = (runs[0].path / "ledger.sqlite").is_file()
+        end.print_next(console, [f"{on}   (goes on serving)" if served else
+                                 f"{on} loop.iterations=...   (the same training, longer)"])

@@ -17,6 +17,7 @@ from curionav_cli.storage.protocol import LATEST, MARKED, SMALL, Marker, Pointer
 from curionav_cli.storage.shelf import Shelf
 from curionav_cli.storage.store import Store, TooLarge
 
+QUIET = 10.0  # seconds at the dock, before a person is told what the robot waits for
 ATTEMPTS = 3  # looks at weights that cannot be used, before the robot goes on without
 
 
@@ -40,6 +41,7 @@ class Courier:
         self.store, self.outbox, self.shelf, self.adopt, self.size = store, outbox, shelf, adopt, size
         self.remote, self.time, self.say, self.episode_path = remote, time, say, episode_path
         self.answered: dict[str, int] = {}  # which refusals were answered
+        self.hinted = False
         kept = shelf.newest(adopt, say)
         self.version, self.knows = (kept.version, kept.seq) if kept else (0, -1)
 
@@ -64,6 +66,8 @@ class Courier:
                     return
                 pause, told = self.remote.poll, f"no new weights after {now - began:.0f} s"
                 over = now - began >= self.remote.wait
+                if now - began >= QUIET and not over:
+                    self.hint()
             except Unreachable as error:
                 failures += 1
                 pause = backoff(failures, self.time.rng)
@@ -76,6 +80,13 @@ class Courier:
                 break
             self.time.sleep(pause)
         self.go_on(told)
+
+    def hint(self) -> None:
+        """Once: what it waits for, and who should make them."""
+        if not self.hinted:
+            self.hinted = True
+            self.say(f"at the dock: waits up to {self.remote.wait:g} s each time for new weights, which a "
+                     "curionav train storage=... has to make")
 
     def go_on(self, why: str) -> None:
         """With what there is; the person at the screen reads why. Raises RunFailed where the outbox is full."""

@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import Any
 from urllib.parse import unquote, urlsplit
 
-from curionav_cli.errors import ConfigError, Unreachable
+from curionav_cli.errors import ConfigError, Denied, Unreachable
 from curionav_cli.storage.credentials import s3_options
 from curionav_cli.storage.reasons import unreachable
 
@@ -58,6 +58,8 @@ class Store:
         if self.root:
             with answering():
                 self.root.mkdir(parents=True, exist_ok=True)
+            if not self.root.is_dir():
+                raise Denied("its folder cannot be made")
 
     def put(self, key: str, raw: bytes | Path) -> None:
         """Whole or not at all, where the service keeps what it promises."""

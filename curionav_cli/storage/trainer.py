@@ -47,7 +47,7 @@ class Trainer:
 
         Raises RunFailed where the storage gives no answer and nobody said that it should be waited for.
         """
-        failures = 0
+        failures, idle = 0, False
         while True:
             try:
                 self.publisher.announce()
@@ -57,7 +57,9 @@ class Trainer:
                     return
                 if failures:
                     self.say("the storage answers again")
-                failures, pause = 0, self.remote.poll
+                if not idle:
+                    self.say("waits for episodes; Ctrl-C ends it")
+                failures, idle, pause = 0, True, self.remote.poll
             except Unreachable as error:
                 failures += 1
                 pause = backoff(failures, self.time.rng)

@@ -43,6 +43,9 @@ def test_places_that_are_none_begin_no_life(cli: Cli, tmp_path: Path) -> None:
     """A file where the folder should be; a folder of another life."""
     (tmp_path / "file").touch()
     for line in (("explore", "learner=remote"), ("train",)):
+        answer = cli(line[0], *at_storage("file:///proc/none", line[0], *line[1:]))
+        assert answer.code == 2
+        assert answer.error == "storage: file:///proc/none cannot be used: its folder cannot be made.\n"
         answer = cli(line[0], *at_storage((tmp_path / "file").as_uri(), line[0], *line[1:]))
         assert answer.code == 2 and answer.error.strip() == (
             f"storage: {(tmp_path / 'file').as_uri()} cannot be used: it is a file, or lies in one.")

@@ -119,7 +119,9 @@ def test_nothing_new_is_no_error_and_ends_with_patience(pair: Pair) -> None:
     pair.server_works = False
     pair.live(0)
     pair.dock()
-    assert pair.said["robot"] == ["no new weights after 50 s: goes on with weights 0; 0 episodes to be delivered"]
+    assert pair.said["robot"] == [
+        "at the dock: waits up to 50 s each time for new weights, which a curionav train storage=... has to make",
+        "no new weights after 50 s: goes on with weights 0; 0 episodes to be delivered"]
     pair.serve()
     pair.live(1)
     pair.server_works = True
