@@ -1,4 +1,4 @@
-"""What the remote pipeline costs: python benchmarks/remote.py [bytes] [dock] [robots]. Prints Markdown; two minutes.
+"""What the remote pipeline costs: python benchmarks/remote.py [bytes] [dock] [robots]. Prints Markdown; 80 CPU-seconds.
 
     bytes    episodes as they are uploaded, against their raw arrays, and compressed harder
     dock     seconds on the wall from docking to new weights but for the learning itself, at rclone's S3 server on
