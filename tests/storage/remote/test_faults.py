@@ -4,6 +4,7 @@ weights are those of the undisturbed life (the numbers are those of the list of 
 from __future__ import annotations
 
 import shutil
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -159,6 +160,26 @@ def test_nobody_there_no_such_name_and_too_slow_are_three_reasons(
     assert unreachable(monkeypatch, bad.endpoint, timeout=0.1) == "no answer in time"
     assert unreachable(monkeypatch, f"http://127.0.0.1:{free_port()}") == "the connection was refused"
     assert unreachable(monkeypatch, "http://no-such-host.invalid") == "its name is not known (DNS)"
+
+
+def test_a_storage_that_is_too_slow_for_a_while(pair: Pair, bad: BadServer) -> None:
+    """34: 50 bytes a second, for robot and server."""
+    pair.remote = replace(pair.remote, timeout=0.2)
+    pair.ledger.close()
+    pair.boot_robot()
+    pair.boot_server()
+    pair.live(0)
+    pair.dock()
+    bad.faults.append(Fault("slow", "GET", times=99))
+    pair.live(1)
+    pair.dock()
+    assert pair.said["robot"] == ["the storage is not reachable (no answer in time): goes on with weights 1; "
+                                  "0 episodes to be delivered"]
+    assert set(pair.said["server"]) == {"no answer in time"}
+    bad.faults.clear()
+    pair.live(2)
+    pair.dock()
+    pair.undisturbed(3)
 
 
 def test_a_storage_that_dies_and_comes_back(pair: Pair, bad: BadServer, monkeypatch: pytest.MonkeyPatch) -> None:
