@@ -44,6 +44,11 @@ class Outbox:
         """In the order in which they were lived."""
         return [noted(path) for path in sorted(self.folder.glob("*.json"))]
 
+    def lived(self, seq: int, weights: int) -> bool:
+        """Whether episode `seq` was lived with this version before, and is or was in here."""
+        notes = [path for folder in (self.folder, self.sent) for path in folder.glob(f"{seq:06d}-*.json")]
+        return any(noted(path).weights == weights for path in notes)
+
     def data(self, marker: Marker) -> Path:
         return self.folder / f"{marker.name}.npz"
 

@@ -71,6 +71,24 @@ def test_a_robot_that_is_rebooted_at_any_boundary_of_a_delivery(
     pair.undisturbed(5)
 
 
+def test_a_robot_that_fell_lives_its_episode_again_with_the_weights_that_it_had(pair: Pair) -> None:
+    """39: it fell between its outbox and its checkpoint, and newer weights came meanwhile."""
+    pair.server_works = False
+    pair.dock()
+    for seq in range(2):
+        pair.live(seq)
+        pair.dock()
+    pair.live(2)
+    pair.boot_robot()
+    pair.serve()
+    pair.lived, pair.server_works = 2, True
+    pair.dock()
+    assert pair.robot.version == 0  # though version 2 is there
+    pair.live(2)
+    pair.dock()
+    pair.undisturbed(3)
+
+
 @pytest.mark.parametrize(("owner", "name", "after"), [
     (Ledger, "take", False), (Ledger, "take", True), (Pair, "learn", False), (checkpoint, "flush", False),
     (Pair, "learn", True), (Ledger, "publish", True), (Store, "put", False), (Store, "put", True),
