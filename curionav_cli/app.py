@@ -189,6 +189,15 @@ def unfinished(command: str, what: str) -> None:
     raise UserError(f"curionav {command}: {what} is not built yet. curionav explore works.")
 
 
+def unwritable(error: OSError) -> str:
+    """One line for a disk that is full or locked, wherever a command met it; any other error is raised again."""
+    from curionav_cli.commands.endings import FULL, LOCKED
+
+    if error.errno not in (*FULL, *LOCKED):
+        raise error
+    return f"{error.filename or 'A file'} cannot be written ({error.strerror})."
+
+
 def main(arguments: list[str] | None = None) -> Any:
     """Exit codes: 0 done, 1 the run failed, 2 wrong use or config, 130 interrupted, 143 stopped by SIGTERM."""
     for name, value in (("OMP_WAIT_POLICY", "PASSIVE"), ("OMP_NUM_THREADS", "1")):
@@ -202,5 +211,7 @@ def main(arguments: list[str] | None = None) -> Any:
         code, message = 1, str(error)
     except Terminated as error:
         code, message = 143, str(error)
+    except OSError as error:
+        code, message = 1, unwritable(error)
     print(message, file=sys.stderr)
     sys.exit(code)

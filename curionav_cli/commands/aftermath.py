@@ -36,6 +36,8 @@ def why(error: BaseException, kills: int) -> str:
     """One line for what a launcher raised. kills: what `memory_kills` counted before."""
     if isinstance(error, KeyboardInterrupt):
         return "interrupted by Ctrl-C"
+    if isinstance(error.__cause__, OSError):  # Hydra cannot open the run's log
+        error = error.__cause__
     text = " ".join(str(error).split())
     if type(error).__name__ != "TerminatedWorkerError":
         return f"{type(error).__name__}: {text}"

@@ -15,6 +15,7 @@ Numbers = tuple[float, ...]
 Pair = tuple[float, ...]  # two numbers, four: the reader counts them
 Quad = tuple[float, ...]
 Record = TypeVar("Record")
+MOST = 1e6  # of any number in a scene, a thousand kilometres
 
 
 @dataclass(frozen=True)
@@ -155,8 +156,9 @@ def value(raw: Any, kind: str, source: str, where: str) -> Any:
         wanted, convert = _READERS[kind]
         try:
             return convert(raw)
-        except (TypeError, ValueError, OverflowError):
-            raise SceneError(f"{source}: {where} must be {wanted}, not {raw!r}.") from None
+        except (TypeError, ValueError, OverflowError) as error:
+            most = f" of at most {MOST:g}" if isinstance(error, OverflowError) else ""
+            raise SceneError(f"{source}: {where} must be {wanted}{most}, not {raw!r}.") from None
     return raw
 
 
@@ -166,6 +168,8 @@ def _number(raw: Any) -> float:
     number = float(raw)
     if number - number != 0:
         raise ValueError
+    if abs(number) > MOST:
+        raise OverflowError
     return number
 
 

@@ -80,7 +80,16 @@ def test_a_yaml_that_unfolds_is_refused_before_it_does(cli: Cli, tmp_path: Path)
     assert answer.code == 2 and "map.yaml" in answer.error
 
 
-@pytest.mark.parametrize("rooms", [[[0, 0, 1e60, 4]], [[-1e308, 0, 1e308, 4]], [[0, 0, 400, 400]] * 3])
+@pytest.mark.parametrize("key", ["x", "w", "z"])
+@pytest.mark.parametrize("number", [10**400, 1e299, -9e17])
+def test_numbers_beyond_any_building(key: str, number: float) -> None:
+    raw = plain("small_room")[0]
+    raw["furniture"][1][key] = number
+    with pytest.raises(SceneError, match=rf"furniture\[1\]\.{key} must be a number of at most 1e\+06"):
+        Scene.from_dict(raw)
+
+
+@pytest.mark.parametrize("rooms", [[[0, 0, 9e5, 4]], [[-1e6, 0, 1e6, 4]], [[0, 0, 400, 400]] * 3])
 def test_rooms_with_more_lamps_than_any_building(rooms: list) -> None:
     changes = {"rooms": [{"rect": rect} for rect in rooms], "visitable": None, "visitable_sha256": None}
     with pytest.raises(SceneError, match=r"its rooms have more than 10000"):
@@ -92,7 +101,7 @@ def test_rooms_with_more_lamps_than_any_building(rooms: list) -> None:
     {"repeat": [{"times": 10**9, "step": [0, 0.1], "of": {"kind": "box", "x": 1, "y": 1}}]},
 ])
 def test_a_scene_larger_than_any_building(changes: dict) -> None:
-    with pytest.raises(SceneError, match=r"are more than|must be a number from"):
+    with pytest.raises(SceneError, match=r"are more than|must be a number from|of at most"):
         Scene.from_dict({**plain("small_room")[0], **changes})
 
 

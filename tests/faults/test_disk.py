@@ -68,7 +68,9 @@ def test_a_folder_that_cannot_be_written(disk: Path, forks: Forks, undisturbed: 
     assert forks("explore", *words, f"hydra.run.dir={run.path}").code == 0
     resized(disk, "ro")
     for said in (forks("resume", str(run.path), "loop.episodes=4"),
-                 forks("explore", *LEARNER, f"hydra.run.dir={disk / 'other'}")):
+                 forks("explore", *LEARNER, f"hydra.run.dir={disk / 'other'}"),
+                 forks("explore", *words, "loop.episodes=4", f"hydra.run.dir={run.path}"),
+                 forks("coverage", str(run.path), f"out={disk / 'figures'}"), forks("init", str(disk / "mine"))):
         assert said.code in (1, 2) and "Read-only file system" in said.error, said.error
         assert "Traceback" not in said.error and len(said.error.strip().splitlines()) <= 2
     resized(disk, "rw")
