@@ -16,8 +16,8 @@ from tiny import LEARNER
 
 from curionav_cli.storage.run_folder import RunFolder
 
-pytestmark = [pytest.mark.faults, pytest.mark.skipif(os.geteuid() != 0, reason="needs root, to mount small disks")]
-MIB = 2**20
+pytestmark = pytest.mark.faults
+GROUPS = 10
 
 
 @pytest.fixture
@@ -25,6 +25,8 @@ def disk(tmp_path: Path) -> Iterator[Path]:
     """A disk in memory, of a size that `resized` sets."""
     folder = tmp_path / "disk"
     folder.mkdir()
+    if os.geteuid() != 0:
+        pytest.skip("needs root, to mount small disks")
     if subprocess.run(["mount", "-t", "tmpfs", "-o", "size=64m", "tmpfs", folder], capture_output=True).returncode:
         pytest.skip("this machine mounts no disks in memory")
     try:
@@ -42,6 +44,37 @@ def undisturbed(tmp_path_factory: pytest.TempPathFactory, forks: Forks) -> tuple
     run = tmp_path_factory.mktemp("undisturbed") / "run"
     assert forks("explore", *LEARNER, f"hydra.run.dir={run}").code == 0
     return leftovers(run), sum(path.lstat().st_blocks * 512 for path in run.rglob("*"))
+
+
+@pytest.fixture(scope="module")
+def places(tmp_path_factory: pytest.TempPathFactory, forks: Forks) -> int:
+    """How many places of the program write to the disk while it explores."""
+    run = tmp_path_factory.mktemp("counted") / "run"
+    assert forks("explore", *LEARNER, f"hydra.run.dir={run}", phase="writing").code == 0
+    return forks.events["writing"]
+
+
+@pytest.mark.timeout(1200)
+@pytest.mark.parametrize("group", range(GROUPS))
+def test_a_disk_that_is_full_at_one_write(
+        tmp_path: Path, forks: Forks, undisturbed: tuple[dict[str, Any], int], places: int, group: int) -> None:
+    """At each of the places, once: the run ends there in one line, and goes on to the same bytes.
+
+    A folder that is there need not be made: where that fails, nothing does.
+    """
+    assert places > 40
+    for place in range(group + 1, places + 1, GROUPS):
+        run = tmp_path / str(place)
+        full = forks("explore", *LEARNER, f"hydra.run.dir={run}", phase="writing", at=place)
+        assert "Traceback" not in full.error, (place, full.error)
+        assert full.code == 0 or "disk is full" in full.error or "No space left" in full.error, (place, full.error)
+        again = forks("resume", str(run))
+        assert again.code == 0, (place, again.error)
+        ours = leftovers(run)
+        assert [name for name in ours.keys() | undisturbed[0].keys()
+                if ours.get(name) != undisturbed[0].get(name)] == [], place
+        assert not list(run.rglob("*.part"))
+        shutil.rmtree(run)
 
 
 @pytest.mark.parametrize("share", [number / 20 for number in range(1, 20)])

@@ -1,17 +1,21 @@
 """Runs commands in forks of a warm process, and kills them at a counted moment, as a power cut would.
 
 A moment is the n-th event that Python's profiler sees in one phase of a run: a call, a return, or a call into C
-such as a write or a rename. Lines of JSON in: words, phase, at, files; lines of JSON out: code, and events by phase.
+such as a write or a rename. In the phase "writing" the n-th place in the program that writes to the disk finds it
+full, once. Lines of JSON in: words, phase, at, files; lines of JSON out: code, and events by phase.
 """
 
 from __future__ import annotations
 
+import errno
 import json
 import os
 import signal
 import sys
 from collections import Counter
 from collections.abc import Callable
+from pathlib import Path
+from types import FrameType
 from typing import Any
 
 import curionav_cli.commands.predictions  # noqa: F401  (warm: what a run imports late)
@@ -29,14 +33,22 @@ PHASES: dict[str, list[tuple[Any, str]]] = {
     "training": [(LBSDreamer, "learn"), (LBSDreamer, "foresee")],
     "saving": [(Recorder, "keep"), (RunFolder, "save_episode"), (RunFolder, "save_foresight")],
     "drawing": [(explore, "draw")],
+    "writing": [(explore, "work")],
 }
+WRITES = {"write", "writelines", "pwrite", "fsync", "mkdir", "rename", "replace", "truncate"}
+os_in_c = sys.modules["posix"]
 seen: Counter[str] = Counter()
+places: set[tuple[str, ...]] = set()
 
 
 def counted(phase: str, at: int | None, plain: Callable) -> Callable:
     """`plain`, its events counted; the process dies at the `at`-th of the phase."""
-    def event(*_: object) -> None:
+    def event(frame: FrameType, kind: str, called: Any) -> None:
+        if phase == "writing" and not (kind == "c_call" and new_place(frame, called)):
+            return
         seen[phase] += 1
+        if seen[phase] == at and phase == "writing":
+            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
         if seen[phase] == at:
             os.kill(os.getpid(), signal.SIGKILL)
 
@@ -47,6 +59,23 @@ def counted(phase: str, at: int | None, plain: Callable) -> Callable:
         finally:
             sys.setprofile(None)
     return wrapped
+
+
+def new_place(frame: FrameType | None, called: Any) -> bool:
+    """Whether this call into C writes to the disk, and none from the same functions of ours did before."""
+    file = getattr(called, "__self__", None)
+    if called.__name__ not in WRITES or not (file is os_in_c or isinstance(getattr(file, "name", None), str | Path)):
+        return False
+    if file in (sys.stdout, sys.stderr):
+        return False
+    way = [called.__name__]
+    while frame is not None:
+        if "curionav_cli" in frame.f_code.co_filename:
+            way.append(frame.f_code.co_qualname)
+        frame = frame.f_back
+    fresh = tuple(way) not in places
+    places.add(tuple(way))
+    return fresh
 
 
 def child(order: dict[str, Any]) -> int:
