@@ -18,7 +18,7 @@ from curionav_cli.commands.launch import INTERRUPTED, Request
 from curionav_cli.config.preflight import pin
 from curionav_cli.config.schema import Remote
 from curionav_cli.config.settings import read_settings
-from curionav_cli.errors import ConfigError, RunFailed, RunFolderError, Terminated, UserError
+from curionav_cli.errors import ConfigError, RunFailed, RunFolderError, SceneError, Terminated, UserError
 from curionav_cli.files import read_json
 from curionav_cli.storage.run_folder import RunFolder
 
@@ -39,6 +39,8 @@ def run(folder: Path, changes: list[str], failed: bool = False) -> int:
     Raises UserError before anything is written, RunFailed where the run cannot go on.
     """
     if (folder / "multirun.yaml").is_file():
+        if failed and all(state(RunFolder(told.parent)) != "failed" for told in folder.glob("*/status.json")):
+            print(f"No run in {folder} has failed.")
         return again(folder / "multirun.yaml", folder.resolve(), changes, multirun=True, failed=failed)
     if (folder / BEGUN).is_file() and not any((folder / name).is_file() for name in ("config.yaml", "metrics.jsonl")):
         return again(folder / BEGUN, folder.resolve(), changes, multirun=False, failed=True)
@@ -50,6 +52,8 @@ def run(folder: Path, changes: list[str], failed: bool = False) -> int:
     try:
         with logged(folder / f"{command}.log"):
             module.work(settings, folder)
+    except (ConfigError, SceneError) as error:  # which name the setting, and are of this run
+        raise RunFolderError(f"{one.config} cannot be lived: {error}") from error
     except KeyboardInterrupt:
         print(f"Interrupted. To go on: curionav resume {folder}", file=sys.stderr)
         return INTERRUPTED
@@ -100,6 +104,14 @@ def again(note: Path, folder: Path, changes: list[str], multirun: bool, failed: 
                       config_dir=own[0] if own else None, spare_failed=not failed)
     with chdir(where if where.is_dir() else folder):
         return module.run(request)
+
+
+def state(run: RunFolder) -> str:
+    """As its status says; a broken one says nothing."""
+    try:
+        return run.state
+    except RunFolderError:
+        return "broken"
 
 
 @contextmanager

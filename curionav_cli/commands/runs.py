@@ -71,7 +71,8 @@ def run(words: list[str]) -> int:
     for one in found:
         if one.error and one.state != "done":
             console.print(f"{one.path}: {one.error}", soft_wrap=True, highlight=False, markup=False)
-    console.print(f"{len(found)} runs, {megabytes(sum(one.size for one in found))}", highlight=False)
+    count = f"{len(found)} run{'s' * (len(found) != 1)}"
+    console.print(f"{count}, {megabytes(sum(one.size for one in found))}", highlight=False)
     return 0
 
 

@@ -19,7 +19,8 @@ from curionav_cli.results.runs import Run, job_number, tell_apart
 
 SHOWN = ("agent", "seed", "coverage", "visited", "cells", "steps", "area", "to 50 %", "to 80 %", "forward", "left",
          "right", "cancelled", "state", "env", "learning")  # the most telling first: a narrow terminal shows fewer
-LEFT = ("run", "agent", "state", "env", "marking", "of", "arm", "minus", "setting", "value",
+SWEPT = ("folder", "state", "coverage", *(heading for heading in SHOWN if heading not in ("state", "coverage")))
+LEFT = ("run", "folder", "agent", "state", "env", "marking", "of", "arm", "minus", "setting", "value",
         "part", "name", "key", "where in the paper", "what", "paper", "ours", "from")
 
 
@@ -66,9 +67,11 @@ def show_sweep(root: Path, folders: Sequence[Path], console: Console) -> None:
     names = {str(run.folder.path): run.agent for run in runs}
     rows = [{**row, "agent": names.get(row["folder"], row["agent"])} for row in rows]
     made = draw(root, runs)
-    write_text(root / "table.md", tables.markdown(rows))
+    columns = (("folder", "name", "{}"), *tables.COLUMNS)
+    named = [{**row, "name": Path(row["folder"]).name} for row in rows]
+    write_text(root / "table.md", tables.markdown(named, columns))
     write_text(root / "results.csv", tables.comma_separated(rows))
-    print_table(rows, console)
+    print_columns(named, columns, console, SWEPT, tables.meaning(rows))
     for row in rows:
         if row["state"] != "done":
             console.print(f"[bold]{row['state']}[/]: {row['folder']}: {row['error']}", soft_wrap=True)

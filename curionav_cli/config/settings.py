@@ -64,7 +64,8 @@ def read_settings(path: Path, changes: Sequence[str] = ()) -> Config:
         settings = as_settings(node)
     except OSError as error:
         raise RunFolderError(f"{path} cannot be read ({error.strerror}): not the folder of a run.") from error
-    except (OmegaConfBaseException, ConfigError, KeyError, TypeError, ValueError, yaml.YAMLError) as error:
+    except (OmegaConfBaseException, ConfigError, LookupError, AttributeError, ArithmeticError, RecursionError,
+            TypeError, ValueError, yaml.YAMLError) as error:
         line = next(iter(str(error).splitlines()), type(error).__name__)
         raise RunFolderError(f"{path} does not hold the settings of a run: {line}") from error
     return changed(node, changes) if changes else settings

@@ -4,7 +4,7 @@
         000003/            after three finished episodes (of curionav train: iterations)
             settings.json  the settings that the run may not change when it goes on
             ...            what agent.save wrote
-            checksums.json of all these files (SHA-256)
+            checksums.json of all these files (SHA-256), and of itself
             done           empty, written last
         000004/            the newest; the one before it is kept
 """
@@ -21,7 +21,7 @@ from pathlib import Path
 from typing import Any
 
 from curionav_cli.errors import RunFolderError, SoundnessWarning
-from curionav_cli.files import read_json
+from curionav_cli.files import read_json, sealed
 
 KEPT = 2
 CHECKSUMS = "checksums.json"
@@ -34,7 +34,7 @@ def save(root: Path, done: int, settings: dict[str, Any], write: Callable[[Path]
     beside.mkdir(parents=True)
     (beside / "settings.json").write_text(json.dumps(settings, sort_keys=True))
     write(beside)
-    (beside / CHECKSUMS).write_text(json.dumps(checksums(beside)))
+    (beside / CHECKSUMS).write_text(sealed(checksums(beside)))
     for file in beside.rglob("*"):
         flush(file)
     (beside / "done").touch()

@@ -141,9 +141,12 @@ def test_a_sweep_goes_on(cli: Cli, tmp_path: Path) -> None:
     assert "1_small_room_random_1: goes on after 2 finished episodes" in again.out
     assert stopped.state == "done" and RunFolder(failing).state == "failed"
     assert [path.stat().st_mtime_ns for path in done.episode_paths()] == before
+    assert "2_small_room_random_2" in next(line for line in again.out.splitlines() if " failed " in line)
     last = cli("resume", "sweep", "--failed")
     assert last.code == 0, last.error
     assert RunFolder(failing).state == "done" and len(RunFolder(failing).episode_paths()) == 2
+    assert "has failed" not in last.out and "No run in sweep has failed." in cli("resume", "sweep", "--failed").out
+    assert "| 2_small_room_random_2 | small_room | random | 2 | done |" in (tmp_path / "sweep" / "table.md").read_text()
 
 
 def test_a_run_that_was_killed_before_it_had_begun(cli: Cli, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
