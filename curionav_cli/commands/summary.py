@@ -67,7 +67,7 @@ def show_sweep(root: Path, folders: Sequence[Path], console: Console) -> None:
     names = {str(run.folder.path): run.agent for run in runs}
     rows = [{**row, "agent": names.get(row["folder"], row["agent"])} for row in rows]
     made = draw(root, runs)
-    columns = (("folder", "name", "{}"), *tables.COLUMNS)
+    columns = (*tables.COLUMNS, ("folder", "name", "{}"))
     named = [{**row, "name": Path(row["folder"]).name} for row in rows]
     write_text(root / "table.md", tables.markdown(named, columns))
     write_text(root / "results.csv", tables.comma_separated(rows))

@@ -146,7 +146,7 @@ def test_a_sweep_goes_on(cli: Cli, tmp_path: Path) -> None:
     assert last.code == 0, last.error
     assert RunFolder(failing).state == "done" and len(RunFolder(failing).episode_paths()) == 2
     assert "has failed" not in last.out and "No run in sweep has failed." in cli("resume", "sweep", "--failed").out
-    assert "| 2_small_room_random_2 | small_room | random | 2 | done |" in (tmp_path / "sweep" / "table.md").read_text()
+    assert "| 2_small_room_random_2 |" in (tmp_path / "sweep" / "table.md").read_text()
 
 
 def test_a_run_that_was_killed_before_it_had_begun(cli: Cli, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
