@@ -24,7 +24,7 @@ SLICE_BAND = 2.19, 3.97  # 99.99 %: there are several slices
 
 def hall(size=400.0, furniture=()):
     return Scene.from_dict({"name": "hall", "size": [size, size], "cell": 1.0, "radius": 0.18, "camera": 0.45,
-                            "start": [size / 2, size / 2, 0], "furniture": list(furniture)})
+                            "lamps": [[1.0, 1.0]], "start": [size / 2, size / 2, 0], "furniture": list(furniture)})
 
 
 @pytest.fixture(scope="module")
