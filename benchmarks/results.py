@@ -27,6 +27,7 @@ from simulator import machine, write
 from curionav_cli.files import read_json
 from curionav_cli.results import plots
 from curionav_cli.results.runs import Run
+from curionav_cli.storage.run_folder import RunFolder
 
 STEPS, LIVED, ARMS = 500, 40, ("random", "sticky", "bounce", "frontier")
 
@@ -53,8 +54,10 @@ def longer(lived: Path, folder: Path, episodes: int, agent: str, seed: int) -> P
     (folder / "episodes").mkdir()
     for episode in range(episodes):
         os.link(lived / f"episodes/{episode % LIVED:06d}.npz", folder / f"episodes/{episode:06d}.npz")
-    lines = (lived / "metrics.jsonl").read_text().splitlines()
-    (folder / "metrics.jsonl").write_text("".join(f"{lines[episode % LIVED]}\n" for episode in range(episodes)))
+    rows = RunFolder(lived).metrics()
+    RunFolder(folder).write_metrics([
+        {**rows[episode % LIVED], "episode": episode, "steps": (episode + 1) * STEPS,
+         **({"found": [], "visited": rows[-1]["visited"]} if episode >= LIVED else {})} for episode in range(episodes)])
     write_json(folder / "status.json", {**read_json(lived / "status.json"), "episode": episodes,
                                         "steps": episodes * STEPS})
     fixed = read_json(lived / "fixed.json")

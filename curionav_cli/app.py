@@ -185,10 +185,6 @@ def paper(
     raise typer.Exit(paper.run(words or []))
 
 
-def unfinished(command: str, what: str) -> None:
-    raise UserError(f"curionav {command}: {what} is not built yet. curionav explore works.")
-
-
 def unwritable(error: OSError) -> str:
     """One line for a disk that is full or locked, wherever a command met it; any other error is raised again."""
     from curionav_cli.commands.endings import FULL, LOCKED

@@ -8,27 +8,16 @@ import subprocess
 import sys
 
 import pytest
+from deadly import DEADLY
 from leftovers import leftovers
 from tiny import LEARNER
 
 # Kills its own process at a chosen moment of the third episode, as a power cut would.
-KILLED = """
-import os, signal, sys
+KILLED = DEADLY + """
 from pathlib import Path
 from curionav_cli.commands.recorder import Recorder
 from curionav_cli.storage import checkpoint
 from curionav_cli.storage.run_folder import RunFolder
-from curionav_cli import app
-
-moment = sys.argv.pop(1)
-def die(*_): os.kill(os.getpid(), signal.SIGKILL)
-def at(owner, name, when):
-    plain = getattr(owner, name)
-    def wrapped(*args, **kwargs):
-        result = plain(*args, **kwargs)
-        if when(*args): die()
-        return result
-    setattr(owner, name, wrapped)
 
 third = lambda recorder: recorder.coverage.steps == 24
 if moment == "acting": at(Recorder, "acted", lambda recorder, step: third(recorder) and step == 7)

@@ -153,7 +153,7 @@ def write(report: Report, folder: Path) -> list[str]:
     """Figures, CSV files, a page and a LaTeX file; their names in the folder."""
     best = {file_name(field.env): page.best_runs(field, report.way) for field in report.comparison.fields}
     (folder / "figures").mkdir(parents=True, exist_ok=True)
-    with ProcessPoolExecutor(1) as pool:  # the film is half of the work
+    with ProcessPoolExecutor(1) as pool:  # as long as the figures take
         film = pool.submit(page.shoot, next(iter(best.values())), folder / "figures" / "film.webm")
         pictures, shown = draw(report, folder, best), film.result()
     runs = list(estimates.run_rows(report.comparison, report.at))

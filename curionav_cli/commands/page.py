@@ -21,7 +21,7 @@ from curionav_cli.results.tables import Row
 from curionav_cli.storage import provenance
 from curionav_cli.storage.run_folder import RunFolder
 
-EVERY = 3  # steps of a film that many people load
+EVERY = 5  # steps of a film that many people load
 MADE_WITH = ("curionav", "git_commit", "git_changed", "python", "numpy", "torch", "gymnasium", "opencv-python-headless",
              "device", "engine", "machine", "cores", "threads")
 

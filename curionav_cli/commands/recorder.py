@@ -74,8 +74,8 @@ class Recorder(Keeper):
     def lived(self, index: int, episode: Episode, metrics: dict[str, float]) -> None:
         cells = self.coverage.add(episode.pose)
         counts = self.counts()
-        row = {"episode": index, **counts, "cells_in_episode": cells, **habits(episode), **belief(episode),
-               **metrics}
+        row = {"episode": index, **counts, "cells_in_episode": cells, "found": self.coverage.first[-1].tolist(),
+               **habits(episode), **belief(episode), **metrics}
         self.keep(index + 1, row, episode=index + 1, **counts)
         self.report.lived(self.coverage.share, self.coverage.visited, self.coverage.total)
 

@@ -8,6 +8,7 @@ from typing import Any
 
 from curionav_cli import build
 from curionav_cli.agents.agent import Agent
+from curionav_cli.commands.progress import say
 from curionav_cli.config.schema import Config
 from curionav_cli.errors import ConfigError, Denied, RunFailed, RunFolderError, Unreachable
 from curionav_cli.loop import LearnThere
@@ -20,10 +21,6 @@ from curionav_cli.storage.shelf import Shelf
 from curionav_cli.storage.store import EXAMPLES, Store
 
 LARGEST = 1 << 20  # bytes that settings.json may have
-
-
-def say(text: str) -> None:
-    print(text, flush=True)
 
 
 def there(settings: Config, run: RunFolder, agent: Agent, shared: dict[str, Any]) -> LearnThere:

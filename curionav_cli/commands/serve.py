@@ -15,9 +15,9 @@ from typing import Any
 from curionav_cli.agents.agent import Agent
 from curionav_cli.commands.explore import Exploration, draw
 from curionav_cli.commands.lifecycle import rooted, see_through
-from curionav_cli.commands.progress import Serving
+from curionav_cli.commands.progress import Serving, say
 from curionav_cli.commands.recorder import Recorder
-from curionav_cli.commands.remote import agree, opened, refuse_denied, say
+from curionav_cli.commands.remote import agree, opened, refuse_denied
 from curionav_cli.config.schema import Config
 from curionav_cli.errors import Unreachable
 from curionav_cli.loop import LearnHere, clocks, spent

@@ -70,12 +70,13 @@ def courses(comparison: Comparison, look: dict[str, Look], meaning: str) -> Figu
     across = min(drawn, 4)
     figure = Figure((0.6 + 3.3 * across, 0.5 + 3.0 * -(-drawn // across)), layout="constrained")
     all_axes = list(figure.subplots(-(-drawn // across), across, squeeze=False).flat)
-    for letter, axes, field in zip("abcdefgh", all_axes, comparison.fields):
+    letters = [chr(ord("a") + place) for place in range(drawn)]
+    for letter, axes, field in zip(letters, all_axes, comparison.fields):
         draw_cells(axes, field, {arm: look[arm] for arm in field.arms})
         axes.set_title(f"{letter}  {field.env}", loc="left")
     if comparison.common[1:]:
         draw_mean(all_axes[drawn - 1], comparison.common, look)
-        all_axes[drawn - 1].set_title(f"{'abcdefgh'[drawn - 1]}  over all runs", loc="left")
+        all_axes[drawn - 1].set_title(f"{letters[-1]}  over all runs", loc="left")
     for axes in all_axes[drawn:]:
         axes.set_axis_off()
     handles = {label: line for axes in all_axes for line, label in zip(*axes.get_legend_handles_labels())}

@@ -11,8 +11,11 @@ from curionav_cli.errors import RunFolderError
 from curionav_cli.files import read_json
 from curionav_cli.results.arms import Settings, arm_settings, world_settings
 from curionav_cli.results.coverage import Curve
+from curionav_cli.results.gaps import noted
 from curionav_cli.results.runs import Run, job_number, spent
 from curionav_cli.storage.run_folder import RunFolder
+
+NOTED = ("landing", "visitable")  # how a run counts itself while it is lived
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,13 +71,14 @@ def read(folder: Path, rule: str, denominator: str) -> Life:
     if not (folder / "config.yaml").is_file():
         raise RunFolderError(f"{folder} did not begin; if it failed, its log says why")
     run = Run(RunFolder(folder), rule, denominator)
-    fixed, found = read_json(folder / "fixed.json"), run.readable
+    fixed, metrics = read_json(folder / "fixed.json"), run.folder.metrics()
+    found = (noted(run.folder, run.plan, metrics) if (rule, denominator) == NOTED else None) or run.readable
     state, error = found.status.get("state") or "unknown", found.status.get("error") or ""
     if len(found.ends) == 1:
         raise RunFolderError("; ".join([f"{folder} has no finished episode ({state})",
                                         *filter(None, [error, found.lost])]))
-    ends, metrics = np.array(found.ends), run.folder.metrics()
+    ends = np.array(found.ends)
     budget = {key: np.append(sums, np.full(max(0, len(ends) - len(sums)), np.nan))
               for key, sums in spent(metrics).items()}
-    return Life(folder, run.env, run.agent, run.seed, run.preset, arm_settings(fixed), world_settings(fixed), run.curve,
-                ends, budget, state, error, state == "done" and not found.lost, found.gaps)
+    return Life(folder, run.env, run.agent, run.seed, run.preset, arm_settings(fixed), world_settings(fixed),
+                found.curve, ends, budget, state, error, state == "done" and not found.lost, found.gaps)

@@ -47,7 +47,7 @@ def pictures(strips: Sequence[Strip], title: str, names: Sequence[str] = ()) -> 
             canvas[y + SIDE + GAP:y + 2 * SIDE + GAP, x:x + SIDE] = predicted // COARSE * COARSE
     figure, axes = a_canvas(canvas, title)
     label_steps(axes, step, left)
-    where = [f"{letter}  {name}\n" for letter, name in zip("abcdefgh", names)] or [""] * len(strips)
+    where = [f"{chr(ord('a') + place)}  {name}\n" for place, name in enumerate(names)] or [""] * len(strips)
     for strip, y, name in zip(strips, top.tolist(), where):
         label_rows(axes, strip, y, name)
         for x, circles in zip(left.tolist(), strip.circles):

@@ -157,6 +157,10 @@ class RunFolder:
             paths.append(path)
         return paths
 
+    def episode_names(self) -> list[str]:
+        """The names of all episodes that are there, sorted; whether one is missing among them is not asked."""
+        return sorted(path.name for path in self.path.glob(f"episodes/{'[0-9]' * 6}.npz"))
+
     def save_episode(self, index: int, episode: Episode) -> None:
         episode.save(self.episode_path(index))
 
@@ -177,7 +181,7 @@ class RunFolder:
     def metrics(self) -> list[dict[str, Any]]:
         """One dictionary an episode; a torn last line is left out."""
         rows = []
-        for line in self.metrics_file.read_text().splitlines() if self.metrics_file.exists() else []:
+        for line in self.metrics_file.read_bytes().splitlines() if self.metrics_file.exists() else []:
             try:
                 rows.append(json.loads(line))
             except ValueError:

@@ -13,6 +13,7 @@ import time
 from pathlib import Path
 
 import pytest
+from deadly import DEADLY
 from entry import Cli
 from tiny import LEARNER, at_storage
 
@@ -22,24 +23,13 @@ pytest.importorskip("obstore")
 pytestmark = pytest.mark.timeout(900)  # robots and servers wait for each other, whoever else the machine works for
 
 # Kills its own process at a chosen moment of the second episode, as a power cut would.
-KILLED = """
-import os, signal, sys
-from curionav_cli import app
+KILLED = DEADLY + """
 from curionav_cli.commands.recorder import Recorder
 from curionav_cli.storage import checkpoint
 from curionav_cli.storage.inbox import Inbox
 from curionav_cli.storage.ledger import Ledger
 from curionav_cli.storage.run_folder import RunFolder
 from curionav_cli.storage.store import Store
-
-moment = sys.argv.pop(1)
-def at(owner, name, when):
-    plain = getattr(owner, name)
-    def wrapped(*args, **kwargs):
-        result = plain(*args, **kwargs)
-        if when(*args): os.kill(os.getpid(), signal.SIGKILL)
-        return result
-    setattr(owner, name, wrapped)
 second = lambda recorder: recorder.coverage.steps == 12
 if moment == "fetched": at(Inbox, "fetch", lambda inbox, name: name.startswith("000001"))
 if moment == "taken": at(Ledger, "take", lambda ledger, marker: marker.seq == 1)

@@ -13,6 +13,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from deadly import DEADLY
 from entry import Cli
 from tiny import LEARNER
 
@@ -27,22 +28,13 @@ from curionav_cli.storage.run_folder import RunFolder
 TINY = tuple(word for word in LEARNER if not word.startswith("loop."))
 
 # A save after every third iteration; kills its own process at a chosen moment, as a power cut would.
-KILLED = """
-import os, signal, sys
-from curionav_cli import app
+KILLED = DEADLY + """
 from curionav_cli.commands import train
 from curionav_cli.commands.recorder import Study
 from curionav_cli.storage import checkpoint
 from curionav_cli.storage.run_folder import RunFolder
 
-train.EVERY, moment = 3, sys.argv.pop(1)
-def at(owner, name, when):
-    plain = getattr(owner, name)
-    def wrapped(*args, **kwargs):
-        result = plain(*args, **kwargs)
-        if when(*args): os.kill(os.getpid(), signal.SIGKILL)
-        return result
-    setattr(owner, name, wrapped)
+train.EVERY = 3
 if moment == "training": at(Study, "learned", lambda study, i: study.run.metrics() and i == 2)
 if moment == "saving": at(checkpoint, "flush", lambda path: path.parent.name == "000006.part")
 if moment == "between": at(RunFolder, "append_metrics", lambda run, row: row["iterations"] == 6)

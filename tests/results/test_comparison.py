@@ -174,3 +174,11 @@ def test_no_two_arms_look_alike_and_an_agent_keeps_its_look():
     look = looks(arms)
     assert len({str(one.dashes) for one in look.values()}) == len({one.color for one in look.values()}) == 9
     assert looks({"random": "random"})["random"] == look["random"]
+
+
+def test_as_many_environments_as_there_are_have_a_panel_and_one_is_over_all():
+    result = compare([life for place in range(9) for life in some("random", range(2), env=f"room_{place}")])
+    figure = comparison_plots.courses(result, looks(result.arms), "cells")
+    titles = [axes.get_title(loc="left") for axes in figure.axes]
+    assert [title for title in titles if title] == [
+        *(f"{letter}  room_{place}" for place, letter in enumerate("abcdefghi")), "j  over all runs"]

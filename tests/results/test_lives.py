@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from curionav_cli.errors import RunFolderError
-from curionav_cli.results.coverage import cover
+from curionav_cli.results import gaps
+from curionav_cli.results.coverage import Coverage, cover
 from curionav_cli.results.lives import folders, read
 from curionav_cli.storage.run_folder import RunFolder
 
@@ -37,6 +38,48 @@ def test_a_whole_run_is_read_as_coverage_counts_it(a_run):
     assert np.isnan(life.spent(5)["cpu_seconds"]) and life.arm["loop.steps"] == 5
 
 
+def note(run):
+    """Rows of metrics that a run of today writes; what it counts by another rule is not in them."""
+    coverage, rows = Coverage(run.plan), run.metrics()
+    for row, pose in zip(rows, run.poses()):
+        coverage.add(pose)
+        row |= {"steps": coverage.steps, "visited": coverage.visited, "found": coverage.first[-1].tolist()}
+    run.write_metrics(rows)
+
+
+def test_a_run_that_noted_what_it_found_is_told_without_opening_an_episode(a_run, monkeypatch):
+    run = a_run()
+    counted = read(run.path, "landing", "visitable")
+    note(run)
+    by_floor = read(run.path, "landing", "floor")
+    monkeypatch.setattr(gaps, "read_arrays", lambda *_: pytest.fail("an episode was opened"))
+    told = read(run.path, "landing", "visitable")
+    np.testing.assert_array_equal(told.curve.found, counted.curve.found)
+    assert (told.curve.steps, told.curve.total) == (counted.curve.steps, counted.curve.total)
+    assert told.ends.tolist() == counted.ends.tolist() and told.whole and not told.gaps
+    run.episode_path(2).write_bytes(b"PK")  # what was noted before it broke still holds
+    assert read(run.path, "landing", "visitable").whole
+    assert by_floor.curve.total == run.plan.floor.sum()
+
+
+@pytest.mark.parametrize("change", [
+    lambda rows: rows[2].update(found=[*rows[2]["found"], 12]), lambda rows: rows[2].pop("found"),
+    lambda rows: rows[0].update(found=rows[0]["found"][::-1]), lambda rows: rows[1].update(steps=None),
+    lambda rows: rows[1].update(found="7"), lambda rows: rows[3].update(episode=2), lambda rows: rows.pop(),
+    lambda rows: rows[0].update(found=[2 ** 70] * rows[0]["visited"]), lambda rows: rows[3].update(steps=15),
+])
+def test_what_a_run_noted_and_cannot_be_is_counted_again(a_run, change):
+    run = a_run()
+    counted = read(run.path, "landing", "visitable")
+    note(run)
+    rows = run.metrics()
+    change(rows)
+    run.write_metrics(rows)
+    again = read(run.path, "landing", "visitable")
+    np.testing.assert_array_equal(again.curve.found, counted.curve.found)
+    assert again.ends.tolist() == counted.ends.tolist()
+
+
 @pytest.mark.parametrize(("harm", "said", "steps"), [
     (lambda run: run.episode_path(1).unlink(), "000001.npz is missing. Shown up to there, 5 steps.", 5),
     (lambda run: run.episode_path(3).unlink(), "000003.npz is missing. Shown up to there, 15 steps.", 15),
@@ -44,6 +87,8 @@ def test_a_whole_run_is_read_as_coverage_counts_it(a_run):
 ])
 def test_a_missing_episode_ends_what_is_shown(a_run, harm, said, steps):
     run = a_run()
+    if "missing" in said:
+        note(run)
     harm(run)
     life = read(run.path, "landing", "visitable")
     [gap] = life.gaps
