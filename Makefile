@@ -8,6 +8,9 @@ export OMP_WAIT_POLICY ?= PASSIVE
 
 # make controls: docs/curiosity-controls.md; every sweep has its folder, so the same line goes on after an interruption.
 SCALE ?= cpu
+ifeq ($(filter $(SCALE),smoke cpu paper),)
+  $(error SCALE=$(SCALE) is not one of smoke, cpu, paper)
+endif
 CONTROLS = outputs/controls/$(SCALE)
 SWEEP = .venv/bin/curionav explore -m launcher=cores
 SMOKE = 'seed=range(2)' loop.episodes=2 loop.steps=60 loop.iterations=4

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import atexit
+import gc
 import importlib
 import os
 import sys
@@ -133,7 +135,9 @@ def list_options(
 def resume(
     folder: Annotated[Path, typer.Argument(metavar="DIR", help="The folder of a run or a sweep.")],
     changes: Annotated[list[str] | None, typer.Argument(
-        metavar="[loop.episodes=N]", help="Live longer than was planned.", show_default=False)] = None,
+        metavar="[SETTING=VALUE]...", show_default=False,
+        help="What may change: loop.episodes, loop.iterations or dock.requests, to make it longer than was planned; "
+             "where files and storage are; logger, compile, loop.replay_memory.")] = None,
     failed: Annotated[bool, typer.Option("--failed", help="Of a sweep: run what failed again, too.")] = False,
 ) -> None:
     """Go on with an interrupted run, or with every run of a sweep that was interrupted or never began."""
@@ -198,6 +202,10 @@ def main(arguments: list[str] | None = None) -> Any:
     """Exit codes: 0 done, 1 the run failed, 2 wrong use or config, 130 interrupted, 143 stopped by SIGTERM."""
     for name, value in (("OMP_WAIT_POLICY", "PASSIVE"), ("OMP_NUM_THREADS", "1")):
         os.environ.setdefault(name, value)  # one thread a run: spinning threads cost up to 33 times
+    for name in ("stdout", "stderr"):
+        if getattr(sys, name) is None:  # closed by who began it, as `>&-` does
+            setattr(sys, name, os.fdopen(os.open(os.devnull, os.O_WRONLY), "w"))
+    atexit.register(gc.freeze)  # torch leaves a million objects: to look through them at the end takes a second
     warnings.formatwarning = lambda message, *where, **more: f"warning: {message}\n"
     try:
         app(arguments)

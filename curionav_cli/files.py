@@ -19,7 +19,7 @@ from typing import IO, Any
 
 import numpy as np
 
-from curionav_cli.errors import RunFolderError
+from curionav_cli.errors import ConfigError, RunFolderError
 
 SEAL = "crc32"  # the key of a JSON file's checksum
 BROKEN = (OSError, ValueError, TypeError, OverflowError, LookupError, EOFError, RuntimeError, zipfile.BadZipFile,
@@ -123,6 +123,14 @@ def sealed(held: dict[str, Any]) -> str:
 
 def seal(held: dict[str, Any]) -> str:
     return f"{zlib.crc32(json.dumps(held).encode()):08x}"
+
+
+def folder_for(path: Path) -> Path:
+    """A folder to write into, made by who writes. Raises ConfigError where a file is in the way."""
+    file = next((place for place in (path, *path.parents) if place.exists() and not place.is_dir()), None)
+    if file:
+        raise ConfigError(f"{file} is a file. Name a folder.")
+    return path
 
 
 def write_whole(path: Path, body: Callable[[IO[bytes]], object]) -> None:

@@ -1,4 +1,7 @@
-"""An oracle that is told the map: the shortest way, in actions, to the nearest cell not yet landed on."""
+"""An oracle that is told the map: the shortest way, in actions, to the nearest cell not yet landed on.
+
+It looks where it is before it acts, so that the cell on which an episode ended stays new to it.
+"""
 
 from __future__ import annotations
 

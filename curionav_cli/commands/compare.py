@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import re
 import shlex
-from collections.abc import Sequence
+import signal
+from collections.abc import Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
+from contextlib import contextmanager
 from dataclasses import dataclass
 from datetime import datetime
 from functools import cached_property, partial
@@ -15,8 +17,9 @@ import numpy as np
 
 from curionav_cli.commands import page
 from curionav_cli.commands.summary import a_console, print_columns, print_files, write_text
-from curionav_cli.commands.words import one_of, sorted_out
+from curionav_cli.commands.words import file_name, one_of, sorted_out
 from curionav_cli.errors import ConfigError, RunFolderError
+from curionav_cli.files import folder_for
 from curionav_cli.results import comparison_plots, estimates, plots
 from curionav_cli.results.comparison import Comparison, compare
 from curionav_cli.results.comparison_tables import (
@@ -43,6 +46,7 @@ FEW = 8  # runs are read sooner than processes start
 def run(words: list[str]) -> int:
     """Compare, print, write; the exit code. words: folders of runs or sweeps, and settings out of CHOICES."""
     paths, chosen = sorted_out("compare", words, CHOICES)
+    folder = folder_for(Path(chosen.get("out") or datetime.now().strftime("outputs/%Y-%m-%d/%H-%M-%S-%f_compare")))
     way = chosen.get("marking", CHOICES["marking"][0]), chosen.get("denominator", DENOMINATORS[0])
     at = steps(chosen.get("at", ""))
     lives, lost = gather(paths, *way)
@@ -53,7 +57,6 @@ def run(words: list[str]) -> int:
     baseline = one_of("baseline", chosen["baseline"], list(comparison.arms)) if "baseline" in chosen else None
     notes = [*estimates.notes(comparison, baseline), *lost]
     report = Report(shlex.join(["curionav", "compare", *words]), comparison, baseline, way, at, notes)
-    folder = Path(chosen.get("out") or datetime.now().strftime("outputs/%Y-%m-%d/%H-%M-%S-%f_compare"))
     made = write(report, folder)
     console = a_console()
     for part in report.tables:
@@ -84,9 +87,19 @@ def gather(paths: Sequence[Path], rule: str, denominator: str) -> tuple[list[Lif
     if len(jobs) <= FEW:
         found = list(map(one, jobs.values()))
     else:
-        with ProcessPoolExecutor() as pool:
+        with workers() as pool:
             found = list(pool.map(one, jobs.values()))
     return [life for life in found if isinstance(life, Life)], lost + [line for line in found if isinstance(line, str)]
+
+
+@contextmanager
+def workers(most: int | None = None) -> Iterator[ProcessPoolExecutor]:
+    """Processes that leave Ctrl-C to this one, which then waits for no more than what they have in hand."""
+    pool = ProcessPoolExecutor(most, initializer=signal.signal, initargs=(signal.SIGINT, signal.SIG_IGN))
+    try:
+        yield pool
+    finally:
+        pool.shutdown(cancel_futures=True)
 
 
 def life_of(job: Path, rule: str, denominator: str) -> Life | str:
@@ -145,15 +158,11 @@ def draw(report: Report, folder: Path, best: dict[str, list[Run]]) -> list[str]:
     return [f"figures/{name}" for name in (*(f"{name}.png" for name in reversed(names.values())), *maps)]
 
 
-def file_name(label: str) -> str:
-    return re.sub("[^A-Za-z0-9.=-]+", "_", label)
-
-
 def write(report: Report, folder: Path) -> list[str]:
     """Figures, CSV files, a page and a LaTeX file; their names in the folder."""
     best = {file_name(field.env): page.best_runs(field, report.way) for field in report.comparison.fields}
     (folder / "figures").mkdir(parents=True, exist_ok=True)
-    with ProcessPoolExecutor(1) as pool:  # as long as the figures take
+    with workers(1) as pool:  # as long as the figures take
         film = pool.submit(page.shoot, next(iter(best.values())), folder / "figures" / "film.webm")
         pictures, shown = draw(report, folder, best), film.result()
     runs = list(estimates.run_rows(report.comparison, report.at))

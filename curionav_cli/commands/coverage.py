@@ -13,6 +13,7 @@ from curionav_cli.commands import predictions
 from curionav_cli.commands.summary import a_console, print_files, print_table
 from curionav_cli.commands.words import sorted_out
 from curionav_cli.errors import ConfigError, RunFolderError
+from curionav_cli.files import folder_for
 from curionav_cli.records import Episode
 from curionav_cli.results import film, panels, plots
 from curionav_cli.results.coverage import DENOMINATORS, RULES
@@ -33,6 +34,7 @@ def run(words: list[str]) -> int:
     episodes=0,5,last for the ways of these episodes, film=last for films of them, out=DIR for all figures.
     """
     paths, chosen = sorted_out("coverage", words, CHOICES)
+    out = folder_for(Path(chosen["out"])) if "out" in chosen else None
     runs, lost = opened(paths)
     if not runs:
         raise ConfigError("\n".join([*lost] or ["Name the folder of a run or a sweep, as in: curionav coverage "
@@ -49,9 +51,10 @@ def run(words: list[str]) -> int:
         console.print(line, soft_wrap=True, highlight=False, markup=False)
     for table in filter(None, map(predictions.surprise_table, runs)):
         console.print(table)
-    out = Path(chosen["out"]) if "out" in chosen else None
-    for one in runs:
-        folder = out / one.folder.path.name if out else one.folder.figures
+    names = [one.folder.path.resolve().name for one in runs]
+    for one, name in zip(runs, names):
+        whole = one.folder.path.resolve()
+        folder = out / (f"{whole.parent.name}_{name}" if names.count(name) > 1 else name) if out else one.folder.figures
         folder.mkdir(parents=True, exist_ok=True)
         made = [name for way in counted[one.folder.path] for name in draw(way, folder)]
         made += draw_episodes(one, episodes[one.folder.path], films[one.folder.path], folder)

@@ -19,6 +19,8 @@ from curionav_cli.agents.agent import Agent
 from curionav_cli.commands.launch import Request, launch
 from curionav_cli.commands.lifecycle import fixed_settings, rooted, see_through
 from curionav_cli.commands.progress import Returning, line
+from curionav_cli.commands.settings_help import CHOSEN
+from curionav_cli.commands.words import file_name
 from curionav_cli.config.job import Outcome
 from curionav_cli.config.robot_schema import Turtlebot
 from curionav_cli.config.schema import Config
@@ -29,14 +31,13 @@ from curionav_cli.robot.env import RobotEnv
 from curionav_cli.storage import checkpoint
 from curionav_cli.storage.run_folder import RunFolder
 
-CHOSEN = ("agent=bounce", "robot=turtlebot2i")  # where nothing else is chosen
 EVERY = 10  # homecomings between two checkpoints
 
 
 def run(request: Request) -> int:
     """The command: its exit code."""
     keys = {word.partition("=")[0] for word in request.overrides}
-    chosen = [word for word in CHOSEN if word.partition("=")[0] not in keys]
+    chosen = [word for word in CHOSEN["dock"] if word.partition("=")[0] not in keys]
     return launch(replace(request, overrides=[*chosen, *request.overrides]), work, summary, check)
 
 
@@ -123,11 +124,10 @@ def draw(runs: Sequence[RunFolder], root: Path) -> None:
     """Tables and the figure of arrivals, into `root`."""
     from curionav_cli.results import docking, docking_plots, plots, tables  # matplotlib only when there is something
 
-    counted = [(docking.place(run), docking.reports(run)) for run in runs]
-    counted += docking.pooled(counted)
-    rows = [docking.summary(*one) for one in counted]
-    ends = [row for one in counted for row in docking.endings(*one)]
-    tries = [row for one in counted for row in docking.attempts(*one)]
+    each, together = docking.counted(runs)
+    rows = [docking.summary(one.where, one.docks) for one in [*each, *together]]
+    ends = [row for one in [*each, *together] for row in docking.endings(one.where, one.docks)]
+    tries = [row for one in [*each, *together] for row in docking.attempts(one.where, one.docks)]
     parts = (tables.markdown(rows, docking.TABLE, docking.BELOW),
              tables.markdown(ends, docking.FAILURES, "counts add up to the requests"),
              tables.markdown(tries, docking.RECOVERIES, "attempts by what came before them"))
@@ -137,12 +137,12 @@ def draw(runs: Sequence[RunFolder], root: Path) -> None:
     for name, content in text.items():
         folder.write(name, content)
     folder.figures.mkdir(exist_ok=True)
-    for where, docks in counted if len(counted) == 1 else docking.pooled(counted[:len(runs)]) or counted:
-        light = runs[0].settings["robot"]["docking"]["infrared"]
-        title = f"{where['env']}, {where['robot']}: {sum(dock.success for dock in docks)} of {len(docks)} docked"
-        figure = docking_plots.arrivals(docks, light["cone"], light["range"], runs[0].plan.radius, title)
-        name = "arrivals" if len(counted) == 1 else f"arrivals_{where['env']}_{where['robot']}"
-        plots.save(figure, folder.figures / f"{name}.png")
+    pooled = [{**one.where, "seed": None} for one in together]
+    for run, where, docks in [*together, *(one for one in each if {**one.where, "seed": None} not in pooled)]:
+        light, name = run.settings["robot"]["docking"]["infrared"], ", ".join(map(str, where.values()))
+        title = f"{name}\n{sum(dock.success for dock in docks)} of {len(docks)} docked"
+        figure = docking_plots.arrivals(docks, light["cone"], light["range"], run.plan.radius, title)
+        plots.save(figure, folder.figures / f"arrivals{'' if len(runs) == 1 else '_' + file_name(name)}.png")
 
 
 def work(settings: Config, folder: Path) -> dict[str, Any]:
@@ -172,12 +172,11 @@ def summary(folder: Path, outcomes: list[Outcome]) -> None:
         return
     draw(runs, folder)
     console = end.a_console()
-    counted = [(docking.place(run), docking.reports(run)) for run in runs]
-    counted += docking.pooled(counted)
+    counted = [one for part in docking.counted(runs) for one in part]
     show = partial(end.print_columns, console=console)
-    show([docking.summary(*one) for one in counted], docking.TABLE,
+    show([docking.summary(one.where, one.docks) for one in counted], docking.TABLE,
          shown=[heading for heading, _, _ in docking.TABLE], caption=docking.BELOW)
-    show([row for one in counted for row in docking.endings(*one)], docking.FAILURES,
+    show([row for one in counted for row in docking.endings(one.where, one.docks)], docking.FAILURES,
          shown=[heading for heading, _, _ in docking.FAILURES])
     end.print_files(console, folder, [*sorted(f"figures/{path.name}" for path in folder.glob("figures/*.png")),
                                       "table.md", "results.csv", "endings.csv", "attempts.csv", "metrics.jsonl"])

@@ -19,6 +19,7 @@ from curionav_cli.config.settings import settings_yaml
 from curionav_cli.errors import ConfigError
 from curionav_cli.files import refuse_broken
 from curionav_cli.loop import LearnHere, live
+from curionav_cli.records import FloorPlan
 from curionav_cli.results.coverage import cover
 from curionav_cli.storage import checkpoint
 from curionav_cli.storage.loggers import LOGGERS
@@ -70,6 +71,7 @@ class Exploration:
 
     def built_on(self, done: int) -> None:
         self.run.refuse_gaps(done)
+        FloorPlan.load(self.run.path / "plan.npz")  # found broken before anything is lived
         for path in self.run.episode_paths()[:done]:
             refuse_broken(path)
 

@@ -8,6 +8,7 @@ from pathlib import Path
 
 from curionav_cli.commands.summary import a_console, print_files, print_next
 from curionav_cli.errors import ConfigError
+from curionav_cli.files import folder_for
 
 STARTER = Path(__file__).parent / "starter"
 
@@ -15,11 +16,10 @@ STARTER = Path(__file__).parent / "starter"
 def run(folder: Path) -> int:
     """The exit code. Raises ConfigError before a file of one's own would be written over."""
     names = sorted(path.relative_to(STARTER) for path in STARTER.rglob("*.yaml"))
+    folder_for(folder)
     there = [name for name in names if (folder / name).exists()]
     if there:
         raise ConfigError(f"{folder / there[0]} is there already. Name another folder, or take it away first.")
-    if folder.exists() and not folder.is_dir():
-        raise ConfigError(f"{folder} is a file. Name a folder.")
     for name in names:
         (folder / name).parent.mkdir(parents=True, exist_ok=True)
         shutil.copyfile(STARTER / name, folder / name)

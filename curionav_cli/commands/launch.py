@@ -16,7 +16,7 @@ from curionav_cli.config.job import Job, Outcome, Work
 from curionav_cli.config.preflight import Check, plan
 from curionav_cli.config.schema import Config
 from curionav_cli.config.sources import opened
-from curionav_cli.errors import RunFailed, Terminated
+from curionav_cli.errors import RunFailed, RunFolderError, Terminated
 from curionav_cli.storage.run_folder import RunFolder
 
 INTERRUPTED = 130
@@ -49,9 +49,17 @@ class Sparing:
     work: Work
 
     def __call__(self, settings: Config, folder: Path) -> dict[str, Any]:
-        if RunFolder(folder).status.get("state") == "failed":
+        if state(RunFolder(folder)) == "failed":
             raise RunFailed(f"failed before. To run it again: curionav resume {folder.parent} --failed")
         return self.work(settings, folder)
+
+
+def state(run: RunFolder) -> str:
+    """As its status says; a broken one says nothing, and is written anew when the run goes on."""
+    try:
+        return run.state
+    except RunFolderError:
+        return "broken"
 
 
 def launch(request: Request, work: Work, summary: Summary, check: Check | None = None) -> int:

@@ -59,9 +59,11 @@ def see_through(command: str, task: Undertaking) -> RunFolder:
     run, found = task.run, None
     with run.alone(), stoppable():
         begun = run.config.is_file()
+        run.refuse_rest()
         if begun:
             checkpoint.refuse_changes(run.path, read_json(run.path / "fixed.json"), task.fixed)
             if finished(task):
+                say(f"{run.path}: is done already")
                 return run
             found = newest(task)
         agent = task.agent()
@@ -83,11 +85,12 @@ def see_through(command: str, task: Undertaking) -> RunFolder:
 
 def finished(task: Undertaking) -> bool:
     """Whether nothing is left to do; a broken status does not say so."""
-    whole = checkpoint.finished(task.run.checkpoints)
     try:
-        return bool(whole) and int(whole[-1].name) >= task.total and task.run.status.get("state") == "done"
+        status = task.run.status
     except RunFolderError:
         return False
+    return status.get("state") == "done" and status.get(task.unit, 0) >= task.total and \
+        bool(checkpoint.finished(task.run.checkpoints))
 
 
 def newest(task: Undertaking) -> tuple[int, Path] | None:

@@ -26,6 +26,7 @@ from curionav_cli.results.runs import job_number
 from curionav_cli.storage.run_folder import RunFolder
 
 EVERY = 0.5  # seconds between two looks
+DONE, PLANNED = ("episode", "iteration", "homecoming"), ("episodes", "iterations", "requests")  # in status.json
 FIRST = ("running", "failed", "interrupted", "done")  # in the order of what one wants to see
 
 
@@ -88,11 +89,11 @@ class Overview:
 
 
 def done(row: dict[str, Any]) -> float:
-    return row.get("episode", row.get("iteration", 0))
+    return next((row[key] for key in DONE if key in row), 0)
 
 
 def planned(row: dict[str, Any]) -> float:
-    return row.get("episodes", row.get("iterations", 0))
+    return next((row[key] for key in PLANNED if key in row), 0)
 
 
 def progress(row: dict[str, Any]) -> str:

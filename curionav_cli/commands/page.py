@@ -43,13 +43,13 @@ def draw_best(best: dict[str, list[Run]], figures: Path) -> list[str]:
 
 
 def shoot(runs: Sequence[Run], path: Path) -> str:
-    """A film of the last episode of the run that covered most; what it shows. Empty: it cannot be read."""
+    """A film of the last episode of the run that covered most; what it shows. Empty: there can be none."""
     best = max(runs, key=lambda run: run.coverage.visited)
     try:
         episode = Episode.load(best.episodes[-1])
+        film.write(film.frames(best.plan, episode, f"episode {len(best.episodes) - 1}", EVERY), path)
     except RunFolderError:
         return ""
-    film.write(film.frames(best.plan, episode, f"episode {len(best.episodes) - 1}", EVERY), path)
     return f"{best.label}: its last episode, from within and from above."
 
 

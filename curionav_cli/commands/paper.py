@@ -18,6 +18,7 @@ from curionav_cli.config.preflight import compose
 from curionav_cli.config.schema import Config
 from curionav_cli.config.sources import opened
 from curionav_cli.errors import ConfigError
+from curionav_cli.files import folder_for
 from curionav_cli.records import FloorPlan
 from curionav_cli.results import estimates, paper, tables
 from curionav_cli.results.comparison import Comparison
@@ -31,7 +32,7 @@ PAGE = "paper-vs-ours.md"
 TITLES = {
     "protocol": "How lives are lived, and what a step is.", "surfaces": "How large the worlds are.",
     "coverage": "What was covered in the steps that were lived; the paper's are of more steps where it says so.",
-    "docking": "Homecomings of robot=turtlebot2i that ended on the dock without a person.",
+    "docking": f"Homecomings of robot={paper.ROBOT} that ended on the dock without a person.",
 }
 BEYOND = (  # what no run of ours can show, and why
     ("Coverage in Replica's apartments", "its scans are not part of this project. Ours are drawn homes with as many "
@@ -52,8 +53,9 @@ def run(words: list[str]) -> int:
     folders, chosen = sorted_out("paper", words[1:], {"out": ()})
     if folders and what != "numbers":
         raise ConfigError(f"curionav paper {what} reads no runs, only settings: leave {folders[0]} out.")
-    out = Path(chosen.get("out", "."))
+    out = folder_for(Path(chosen.get("out", ".")))
     console = a_console()
+    lost: list[str] = []
     out.mkdir(parents=True, exist_ok=True)
     if what == "docking":
         settings = [composed(f"env={env}", "agent=bounce", "robot=turtlebot2i") for env in ("small_room", "large_lab")]
@@ -67,6 +69,8 @@ def run(words: list[str]) -> int:
         texts = {f"{what}.{kind}": text for kind, text in written(parts[0]).items()}
     for part in parts:
         print_columns(part.rows, part.columns, console, [heading for heading, _, _ in part.columns], part.title)
+    for note in lost:
+        console.print(note, soft_wrap=True, highlight=False, markup=False)
     for name, text in texts.items():
         write_text(out / name, text)
     print_files(console, out, list(texts))
@@ -103,6 +107,9 @@ def numbers(folders: Sequence[Path]) -> tuple[list[Table], list[str]]:
     """A table for each part of the paper, and a line about each thing that is missing or unsure."""
     home = [run for folder in folders for run in RunFolder.inside(folder) or [RunFolder(folder)] if came_home(run)]
     lives, lost = gather([folder for folder in folders if not came_home_only(folder, home)], "landing", "visitable")
+    if folders and not lives and not home:
+        raise ConfigError("\n".join([*lost, "There is no run whose numbers could be told. Name folders of runs or sweeps, "
+                                     "or none."]))
     settings, scenes = composed("robot=turtlebot2i"), plans()
     comparison = compared(lives) if lives else Comparison([], {}, {}, {})
     parts = {"protocol": paper.protocol(asdict(settings.loop), asdict(settings.robot), scenes),

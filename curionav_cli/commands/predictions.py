@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -41,15 +40,18 @@ def draw_beside(runs: Sequence[Run], out: Path) -> list[Path]:
 
 
 def draw_seeds(runs: Sequence[Run], out: Path | None = None) -> list[Path]:
-    """The error over the seeds of one agent (or variant) in one environment, in `out` or the folder above the runs."""
+    """The error over the seeds of one agent (or variant) in one environment, in `out` or the folder that has all."""
     drawn = []
     for env, agent in dict.fromkeys((run.env, run.agent) for run in runs):
         same = [run for run in runs if (run.env, run.agent) == (env, agent)]
         several = [errors for run in same if (errors := foreseen.errors(run))]
         if len(several) < 2:
             continue
-        folder = out or Path(os.path.commonpath([run.folder.path.resolve() for run in same])) / "figures"
-        folder.mkdir(exist_ok=True)
+        above = {run.folder.path.resolve().parent for run in same}
+        if not out and len(above) > 1:
+            continue
+        folder = out or next(iter(above)) / "figures"
+        folder.mkdir(parents=True, exist_ok=True)
         figure = predictions.error_curve(foreseen.over_runs(several), agent, f"{len(several)} seeds", f"{env}, {agent}")
         drawn.append(folder / f"prediction_error_{env}_{agent.replace(' ', '_')}.png")
         plots.save(figure, drawn[-1])

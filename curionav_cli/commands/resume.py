@@ -14,7 +14,7 @@ from typing import Any
 import yaml
 
 from curionav_cli.commands import dock, explore, train
-from curionav_cli.commands.launch import INTERRUPTED, Request
+from curionav_cli.commands.launch import INTERRUPTED, Request, state
 from curionav_cli.config.preflight import pin
 from curionav_cli.config.schema import Remote
 from curionav_cli.config.settings import read_settings
@@ -104,14 +104,6 @@ def again(note: Path, folder: Path, changes: list[str], multirun: bool, failed: 
                       config_dir=own[0] if own else None, spare_failed=not failed)
     with chdir(where if where.is_dir() else folder):
         return module.run(request)
-
-
-def state(run: RunFolder) -> str:
-    """As its status says; a broken one says nothing."""
-    try:
-        return run.state
-    except RunFolderError:
-        return "broken"
 
 
 @contextmanager

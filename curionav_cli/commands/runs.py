@@ -5,10 +5,12 @@ from __future__ import annotations
 import os
 import time
 from collections.abc import Iterator
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from curionav_cli.commands.overview import DONE, PLANNED
 from curionav_cli.commands.progress import duration
 from curionav_cli.commands.summary import a_console, print_columns
 from curionav_cli.commands.words import sorted_out
@@ -96,8 +98,7 @@ def read(path: Path) -> Found:
             settings = run.settings
     except UserError as unreadable:
         state, error = "broken", str(unreadable)
-    done, planned = (status.get(one, status.get(other)) for one, other in
-                     (("episode", "iteration"), ("episodes", "iterations")))
+    done, planned = (next((status[key] for key in keys if key in status), None) for keys in (DONE, PLANNED))
     newest, size = measured(path)
     return Found(path, state if state in STATES else "broken", settings["env"]["name"], settings["agent"]["name"],
                  settings["seed"], "-" if planned is None else f"{done}/{planned}", status.get("coverage"),
@@ -105,8 +106,12 @@ def read(path: Path) -> Found:
 
 
 def measured(folder: Path) -> tuple[float, int]:
-    """When something in it was last written, and bytes on the disk."""
-    stats = [path.lstat() for path in [folder, *folder.rglob("*")]]
+    """When something in it was last written, and bytes on the disk; what vanishes meanwhile is left out."""
+    stats = [folder.lstat()]
+    for root, folders, files in os.walk(folder):
+        for name in (*folders, *files):
+            with suppress(FileNotFoundError):
+                stats.append(Path(root, name).lstat())
     return max(stat.st_mtime for stat in stats), sum(stat.st_blocks * 512 for stat in stats)
 
 

@@ -10,6 +10,8 @@ from rich.panel import Panel
 from rich.table import Table
 from typer.core import TyperCommand
 
+CHOSEN = {"dock": ("agent=bounce", "robot=turtlebot2i")}  # where a command's defaults are others
+
 
 class Part(StrEnum):
     """Which part of the composed configuration --cfg prints."""
@@ -39,7 +41,7 @@ class SettingsCommand(TyperCommand):
         from curionav_cli.config.sources import opened
 
         with opened(str(self.name)) as hydra:
-            groups, settings = listing.groups(hydra), listing.settings(hydra, [])
+            groups, settings = listing.groups(hydra), listing.settings(hydra, list(CHOSEN.get(str(self.name), ())))
         console = Console()
         console.print(panel("Choices (env=..., agent=...; * is the default)", group_rows(groups, settings)))
         console.print(panel("Settings (seed=1, loop.episodes=50)", setting_rows(groups, settings)))

@@ -11,6 +11,7 @@ from typing import Any
 from rich.box import SIMPLE
 from rich.console import Console
 from rich.table import Table
+from rich.text import Text
 
 from curionav_cli.errors import UserError
 from curionav_cli.files import write_whole
@@ -74,7 +75,7 @@ def show_sweep(root: Path, folders: Sequence[Path], console: Console) -> None:
     print_columns(named, columns, console, SWEPT, tables.meaning(rows))
     for row in rows:
         if row["state"] != "done":
-            console.print(f"[bold]{row['state']}[/]: {row['folder']}: {row['error']}", soft_wrap=True)
+            console.print(f"{row['state']}: {row['folder']}: {row['error']}", soft_wrap=True, markup=False)
     print_files(console, root, [*made, "table.md", "results.csv"])
     on = f"curionav resume {shlex.quote(str(root))}"
     states = {row["state"] for row in rows}
@@ -132,8 +133,11 @@ def print_columns(rows: Sequence[dict[str, Any]], columns: tables.Columns, conso
         if used > console.width:
             break
         table.add_column(heading, justify="left" if heading in LEFT else "right", no_wrap=True)
+    hidden = len(shown) - len(table.columns)
+    if hidden:
+        table.caption = "\n".join([*filter(None, [caption]), f"{hidden} columns more need a wider terminal."])
     for line in lines:
-        table.add_row(*(line[heading] for heading in shown[:len(table.columns)]))
+        table.add_row(*(Text(line[heading]) for heading in shown[:len(table.columns)]))  # brackets are no markup
     console.print(table)
 
 
@@ -141,7 +145,7 @@ def print_files(console: Console, root: Path, names: Sequence[str]) -> None:
     console.print("\n[bold]Files[/]")
     for path in (root / name for name in names):
         if path.exists():
-            console.print(f"  {path}", soft_wrap=True, highlight=False)
+            console.print(f"  {path}", soft_wrap=True, highlight=False, markup=False)
 
 
 def print_next(console: Console, lines: Sequence[str]) -> None:

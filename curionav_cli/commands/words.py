@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import difflib
+import re
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
@@ -24,6 +25,11 @@ def choice(command: str, word: str, choices: Choices) -> tuple[str, str]:
     if key not in choices:
         raise ConfigError(f"{command} has no setting {key}. It has: {', '.join(choices)}.")
     return key, one_of(key, value, choices[key]) if choices[key] else value
+
+
+def file_name(label: str) -> str:
+    """A label as a part of a file's name."""
+    return re.sub("[^A-Za-z0-9.=-]+", "_", label)
 
 
 def one_of(key: str, value: str, values: Sequence[str]) -> str:

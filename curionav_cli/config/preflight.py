@@ -21,6 +21,7 @@ from curionav_cli.config.schema import Config
 from curionav_cli.config.settings import as_settings
 from curionav_cli.config.sources import MAIN
 from curionav_cli.errors import ConfigError, SceneError
+from curionav_cli.files import folder_for
 
 COMPOSED = 16  # jobs; of a larger sweep each value is still composed once
 
@@ -57,6 +58,11 @@ def plan(hydra: Hydra, words: list[str], multirun: bool, check: Check | None = N
             with naming(f"env/{settings.env.name}.yaml", mistakes.file(f"env/{chosen}")):
                 check(settings)
     folder = output_folder(master, multirun)
+    if not folder.strip():
+        raise ConfigError(f"hydra.{'sweep' if multirun else 'run'}.dir is empty. Name a folder, or leave it out.")
+    folder_for(Path(folder))
+    if master.hydra.launcher.get("n_jobs") == 0:
+        raise ConfigError("hydra.launcher.n_jobs=0 runs nothing. It is how many run at once; -1: as many as cores.")
     beside = multirun and not master.hydra.launcher._target_.endswith("BasicLauncher")
     return Plan(words + [pin(folder, multirun)], multirun, Path(folder), jobs, beside)
 

@@ -23,8 +23,8 @@ def arm_settings(fixed: Settings) -> Settings:
 
 
 def world_settings(fixed: Settings) -> Settings:
-    """What makes the world, by dotted keys."""
-    rest = {key: value for key, value in fixed.items() if key not in ("agent", "robot", "loop", "seed")}
+    """What makes the world, by dotted keys. Where the learner was does not."""
+    rest = {key: value for key, value in fixed.items() if key not in ("agent", "robot", "loop", "seed", "learner")}
     return {key: value for key, value in flat(rest).items() if key not in ("env.engine", "env.note")}
 
 

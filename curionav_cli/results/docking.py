@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
+from curionav_cli.files import read_json
 from curionav_cli.records import DockReport
+from curionav_cli.results.arms import flat, labels, world_settings
 from curionav_cli.results.statistics import share_interval
 from curionav_cli.results.tables import Columns, Row
 from curionav_cli.storage.run_folder import RunFolder
@@ -28,7 +30,7 @@ FAILURES: Columns = (
 )
 RECOVERIES: Columns = (
     ("env", "env", "{}"), ("robot", "robot", "{}"), ("seed", "seed", "{}"), ("attempt", "attempt", "{}"),
-    ("begun", "begun", "{:,}"), ("docked", "docked", "{:,}"), ("ratio", "ratio", "{:.0%}"),
+    ("tried", "tried", "{:,}"), ("docked", "docked", "{:,}"), ("ratio", "ratio", "{:.0%}"),
 )
 
 
@@ -37,11 +39,31 @@ def reports(run: RunFolder) -> list[DockReport]:
     return [DockReport.of({key: row[key] for key in DockReport.__dataclass_fields__}) for row in run.metrics()]
 
 
-def place(run: RunFolder) -> Row:
-    """Which run it is: env, robot, agent, seed."""
-    settings = run.settings
-    return {"env": settings["env"]["name"], "robot": settings["robot"]["name"], "agent": settings["agent"]["name"],
-            "seed": settings["seed"]}
+class Counted(NamedTuple):
+    """Homecomings of one run, or of several that differ in nothing but their seed; `where` names them in a table."""
+
+    run: RunFolder
+    where: Row
+    docks: list[DockReport]
+
+
+def counted(runs: Sequence[RunFolder]) -> tuple[list[Counted], list[Counted]]:
+    """Each run, and those that differ in nothing but their seed together, of each seed the first; a run without such
+    others is not in the second list."""
+    fixed, settings = [read_json(run.path / "fixed.json") for run in runs], [run.settings for run in runs]
+    presets = [one["scale"] for one in settings]
+    envs = labels([one["env"]["name"] for one in settings], list(map(world_settings, fixed)), [""] * len(runs))
+    robots = labels([one["robot"]["name"] for one in settings], [flat(one["robot"]) for one in fixed], presets)
+    agents = labels([one["agent"]["name"] for one in settings],
+                    [flat({key: one[key] for key in ("agent", "loop")}) for one in fixed], presets)
+    each = [Counted(run, {"env": env, "robot": robot, "agent": agent, "seed": one["seed"]}, reports(run))
+            for run, env, robot, agent, one in zip(runs, envs, robots, agents, settings)]
+    alike: dict[tuple[str, str, str], dict[int, Counted]] = {}
+    for one, *key in zip(each, envs, robots, agents):
+        alike.setdefault((key[0], key[1], key[2]), {}).setdefault(one.where["seed"], one)
+    return each, [Counted(first.run, {**first.where, "seed": f"{len(same)} seeds"},
+                          [dock for one in same.values() for dock in one.docks])
+                  for same in alike.values() if len(same) > 1 for first in [next(iter(same.values()))]]
 
 
 def summary(where: Row, docks: Sequence[DockReport]) -> Row:
@@ -66,24 +88,16 @@ def endings(where: Row, docks: Sequence[DockReport]) -> list[Row]:
 
 
 def attempts(where: Row, docks: Sequence[DockReport]) -> list[Row]:
-    """What each attempt brought: the staging pose's, and that after each recovery, by name."""
-    begun: Counter[str] = Counter()
+    """What each attempt brought: the staging pose's, and that after each recovery, by name; the drive that it begins
+    with counts, so that one may fail before it sees the dock."""
+    tried: Counter[str] = Counter()
     docked: Counter[str] = Counter()
     for dock in docks:
         names = ["1 staging", *(f"{number} {name}" for number, name in enumerate(dock.recoveries, 2))]
-        begun.update(names)
+        tried.update(names)
         docked[names[-1]] += dock.success
-    return [{**where, "attempt": name, "begun": begun[name], "docked": docked[name],
-             "ratio": docked[name] / begun[name]} for name in sorted(begun, key=lambda name: int(name.split()[0]))]
-
-
-def pooled(runs: Sequence[tuple[Row, Sequence[DockReport]]]) -> list[tuple[Row, list[DockReport]]]:
-    """Runs that differ in nothing but their seed, together; none where each stands alone."""
-    together: dict[tuple[Any, ...], list[tuple[Row, Sequence[DockReport]]]] = {}
-    for where, docks in runs:
-        together.setdefault(tuple(value for key, value in where.items() if key != "seed"), []).append((where, docks))
-    return [({**same[0][0], "seed": f"{len(same)} seeds"}, [dock for _, docks in same for dock in docks])
-            for same in together.values() if len(same) > 1]
+    return [{**where, "attempt": name, "tried": tried[name], "docked": docked[name],
+             "ratio": docked[name] / tried[name]} for name in sorted(tried, key=lambda name: int(name.split()[0]))]
 
 
 def share(flags: Any) -> float:

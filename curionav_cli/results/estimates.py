@@ -111,7 +111,7 @@ def notes(comparison: Comparison, baseline: str | None) -> Iterator[str]:
     for field in comparison.fields:
         longest = max(life.steps for life, (env, _) in comparison.names.items() if env == field.env)
         if longest > field.horizon:
-            yield (f"{field.env}: compared up to {field.horizon:,} steps, the shortest finished run; the longest has "
+            yield (f"{field.env}: compared up to {field.horizon:,} steps, which every run has; the longest has "
                    f"{longest:,}.")
     few = [f"{arm} in {field.env} ({len(lives)})" for field in comparison.fields for arm, lives in field.arms.items()
            if len(lives) < ENOUGH]

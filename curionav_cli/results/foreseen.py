@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import json
 import math
+import warnings
 from typing import NamedTuple
 
 import numpy as np
 
+from curionav_cli.errors import RunFolderError, SoundnessWarning
 from curionav_cli.files import read_arrays
 from curionav_cli.records import Foresight
 from curionav_cli.results import moved
@@ -44,22 +46,26 @@ class Errors(NamedTuple):
         return float(self.predicted[:, steps - 1].mean()), float(self.repeated[:, steps - 1].mean())
 
 
-def newest(run: Run) -> dict[int, Foresight]:
-    """The predictions of the newest episodes, oldest first; none where the agent predicts nothing."""
-    return {index: Foresight.load(path) for index, path in list(run.foresights.items())[-NEWEST:]}
+def newest(run: Run, most: int = NEWEST) -> dict[int, Foresight]:
+    """The predictions of the newest episodes, oldest first; none where the agent predicts nothing. Broken ones are
+    named and left out: nothing else is built on them."""
+    found = {}
+    for index, path in list(run.foresights.items())[-most:]:
+        try:
+            found[index] = Foresight.load(path)
+        except RunFolderError as error:
+            warnings.warn(f"{error} Left out.", SoundnessWarning, stacklevel=2)
+    return found
 
 
 def errors(run: Run) -> Errors | None:
     """Of the newest episodes, each the mean of its windows."""
-    paths = list(run.foresights.values())[-NEWEST:]
-    if not paths:
-        return None
-    read = [read_arrays(path, ("error", "repeat")) for path in paths]
-    return Errors(*(np.stack([one[key].mean(0) for one in read]) for key in ("error", "repeat")))
+    read = list(newest(run).values())
+    return over_runs([Errors(one.error, one.repeat) for one in read]) if read else None
 
 
 def over_runs(several: list[Errors]) -> Errors:
-    """One row a run, as far as all of them predicted."""
+    """One row for each of them, as far as all of them predicted."""
     steps = min(one.predicted.shape[1] for one in several)
     return Errors(*(np.stack([one[part].mean(0)[:steps] for one in several]) for part in range(2)))
 

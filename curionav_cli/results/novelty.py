@@ -14,7 +14,8 @@ from scipy.spatial import cKDTree
 from scipy.stats import mannwhitneyu
 
 from curionav_cli.files import read_arrays
-from curionav_cli.records import Foresight, Surprise
+from curionav_cli.records import Surprise
+from curionav_cli.results.foreseen import newest
 from curionav_cli.results.runs import Run
 
 NEWEST = 20  # episodes that are judged
@@ -38,15 +39,15 @@ class Views(NamedTuple):
 
 def views(run: Run) -> Views | None:
     """Of the newest episodes, each against all before it; None where there are no predictions, or one episode only."""
-    stored = {index: path for index, path in list(run.foresights.items())[-NEWEST:] if index}
+    stored = {index: one.surprise for index, one in newest(run, NEWEST).items() if index}
     if not stored:
         return None
     paths, poses = run.episodes, run.poses()
     found = []
-    for index, path in stored.items():
+    for index, surprise in stored.items():
         lived = read_arrays(paths[index], ("action", "collided"))
         away = distance(poses[index], np.concatenate(poses[:index]))
-        found.append(judged(Foresight.load_surprise(path), away, kinds(lived["action"], lived["collided"])))
+        found.append(judged(surprise, away, kinds(lived["action"], lived["collided"])))
     return Views(*(np.concatenate(parts, -1) for parts in zip(*found)))
 
 

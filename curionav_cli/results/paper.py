@@ -49,6 +49,7 @@ COVERED = {"small_room": (140_000, 0.8, "over 80 % in 140 k steps (run 1)"),
            "large_lab": (600_000, 0.6, "60 % in 600 k steps")}
 LIVED = {"lbs_dreamer": "2 M", "cbet": "5 M"}  # in the apartments
 FAR = 0.9  # of the cells are nearer to the start than the furthest area
+ROBOT = "turtlebot2i"  # the paper's
 DOCKED = {"small_room": "572 of 596 (96 %)", "large_lab": "758 of 1023 (74 %)"}
 
 HYPERPARAMETER_COLUMNS: Columns = (("part", "part", "{}"), ("name", "name", "{}"), ("paper", "paper", "{:g}"),
@@ -186,11 +187,13 @@ def against_cbet(field: Field, comparison: Comparison) -> Iterator[Number]:
 
 
 def docking(lives: Sequence[Life], runs: Sequence[RunFolder]) -> Iterator[Number]:
-    """Homecomings of `lives`, which hold them in their episodes, and of `runs` of curionav dock: how many ended on the
-    dock without a person."""
+    """Homecomings of ROBOT in `lives`, which hold them in their episodes, and in `runs` of curionav dock: how many
+    ended on the dock without a person."""
     for env, paper in DOCKED.items():
-        here = {life.folder: list(homecomings(life.folder)) for life in lives if life.scene == env}
-        here |= {run.path: reports(run) for run in runs if run.settings["env"]["name"] == env}
+        here = {life.folder: list(homecomings(life.folder)) for life in lives
+                if (life.scene, life.arm.get("robot.name")) == (env, ROBOT)}
+        here |= {run.path: reports(run) for run in runs
+                 if (run.settings["env"]["name"], run.settings["robot"]["name"]) == (env, ROBOT)}
         here = {path: several for path, several in here.items() if several}
         found = [report for several in here.values() for report in several]
         if found:

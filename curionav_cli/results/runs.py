@@ -11,12 +11,14 @@ from typing import Any
 
 import numpy as np
 
+from curionav_cli.errors import RunFolderError
 from curionav_cli.files import read_arrays
 from curionav_cli.records import FloorPlan
 from curionav_cli.results.arms import flat, labels
 from curionav_cli.results.coverage import Coverage, Curve
 from curionav_cli.results.gaps import Readable, readable
 from curionav_cli.storage.run_folder import RunFolder
+from curionav_cli.world.motion import FORWARD
 
 ACTIONS = ("forward", "left", "right")
 SECONDS = {  # what a run cost: the metrics of each episode that add up to it
@@ -51,6 +53,14 @@ class Run:
             return settings["name"]
         path = Path(settings["map"])
         return path.parent.resolve().name if path.stem == "map" else path.stem
+
+    @property
+    def state(self) -> str:
+        """running, done, failed or interrupted; unknown where status.json is broken."""
+        try:
+            return self.folder.state
+        except RunFolderError:
+            return "unknown"
 
     @property
     def agent(self) -> str:
@@ -106,25 +116,30 @@ class Run:
         """One line of a table; shares between 0 and 1, missing numbers as None."""
         metrics = self.folder.metrics()
         status = self.readable.status
-        mix = Counter(self.actions())
-        steps = max(1, sum(mix.values()))
+        mix, cut = self.habits()
+        steps = max(1, mix.total())
         return {
-            "env": self.env, "agent": self.agent, "seed": self.seed, "state": self.folder.state,
+            "env": self.env, "agent": self.agent, "seed": self.seed, "state": self.state,
             "episodes": len(metrics), "steps": self.coverage.steps, "marking": self.rule,
             "denominator": self.denominator, "visited": self.coverage.visited, "cells": self.coverage.total,
             "coverage": self.coverage.share, "area_under_curve": self.curve.area(),
             **{f"steps_to_{share:.0%}".replace("%", ""): self.curve.steps_to(share) for share in (0.5, 0.8, 0.9)},
             **{name: mix[index] / steps for index, name in enumerate(ACTIONS)},
-            "cancelled": weighted(metrics, "cancelled"), **homecomings(metrics),
+            "cancelled": cut / mix[FORWARD] if mix[FORWARD] else None, **homecomings(metrics),
             **{key: known(sums[-1]) for key, sums in spent(metrics).items()},
             "seconds_acting": sum(row["seconds_acting"] for row in metrics),
             "seconds_learning": sum(row["seconds_learning"] for row in metrics),
             "error": status.get("error"), "folder": str(self.folder.path),
         }
 
-    def actions(self) -> list[int]:
-        """Every action of the run, in order."""
-        return [int(a) for path in self.episodes for a in read_arrays(path, ("action",))["action"]]
+    def habits(self) -> tuple[Counter[int], int]:
+        """How often the run took each action, and how many moves ahead were cut short."""
+        mix, cut = Counter[int](), 0
+        for path in self.episodes:
+            acted = read_arrays(path, ("action", "collided"))
+            mix.update(acted["action"].tolist())
+            cut += int(acted["collided"].sum())
+        return mix, cut
 
 
 def homecomings(metrics: list[dict[str, Any]]) -> dict[str, int]:
@@ -156,8 +171,3 @@ def spent(metrics: list[dict[str, Any]]) -> dict[str, np.ndarray]:
 
 def known(number: float) -> float | None:
     return None if np.isnan(number) else float(number)
-
-
-def weighted(metrics: list[dict[str, Any]], key: str) -> float | None:
-    """The mean of a metric over episodes of equal length."""
-    return sum(row[key] for row in metrics) / len(metrics) if metrics else None

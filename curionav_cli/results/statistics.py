@@ -57,12 +57,6 @@ def share_interval(count: int, n: int) -> Estimate:
     return Estimate(share, max(0.0, middle - half), min(1.0, middle + half))
 
 
-def paired_difference(ours: np.ndarray, theirs: np.ndarray) -> Estimate:
-    """Mean of ours - theirs and its t interval; (n,) each, in the same order of seeds."""
-    assert ours.shape == theirs.shape, (ours.shape, theirs.shape)
-    return mean_interval(ours - theirs)
-
-
 def mean_of_means(strata: Strata) -> Estimate:
     """Mean of the strata's means, and its t interval with the degrees of freedom of Welch and Satterthwaite."""
     value = float(np.mean([runs.mean() for runs in strata]))

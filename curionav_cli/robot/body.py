@@ -21,7 +21,6 @@ from curionav_cli.robot.sensors import Inertia, Ranger, ScanMatch
 from curionav_cli.robot.surroundings import Rectangle, Surroundings
 from curionav_cli.world.scene import Scene
 
-SENSORS = ("wheel", "gyro", "bumper", "lidar", "depth")
 FRONT = math.radians(25.0)  # half of the bumper's middle third
 
 

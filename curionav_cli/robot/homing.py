@@ -58,7 +58,8 @@ class Homing:
         self._forgot, self._idle = 0, 0
         self._replan()
         self._best = self._cost()
-        known = self._best if math.isfinite(self._best) else math.hypot(goal.x, goal.y)
+        pose = self.localiser.pose
+        known = self._best if math.isfinite(self._best) else math.hypot(goal.x - pose.x, goal.y - pose.y)
         self._time = 20.0 + 8.0 * known
 
     def tick(self) -> Way:

@@ -57,10 +57,6 @@ class Infrared:
             for (axis, half), lost in zip(self._fields, missed.tolist(), strict=True))
         return right, centre, left
 
-    def forget(self) -> None:
-        """Nothing was seen lately."""
-        self._recent.clear()
-
 
 def sectors(light: InfraredLight, distance: float, angle: float) -> int:
     """Bits of the sectors at `distance` metres from the dock, `angle` radians to the left of its axis."""

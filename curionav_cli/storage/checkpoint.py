@@ -108,8 +108,8 @@ def refuse_broken(folder: Path) -> None:
 
 
 def refuse_changes(run: Path, was: dict[str, Any], now: dict[str, Any]) -> None:
-    """Raises RunFolderError that names the first setting that differs."""
-    changed = differences(was, json.loads(json.dumps(now)))
+    """Raises RunFolderError that names the first setting that differs: the agent itself before what it is set to."""
+    changed = sorted(differences(was, json.loads(json.dumps(now))), key=lambda line: ".name was " not in line)
     if changed:
         raise RunFolderError(f"{run} cannot go on with other settings: {changed[0]}. "
                              "Put it back, or start a new run in another folder.")

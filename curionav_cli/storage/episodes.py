@@ -12,11 +12,13 @@ from curionav_cli.storage.run_folder import RunFolder
 def names(data: Path) -> list[str]:
     """Paths below `data`, in order: of a run's episodes, of those of all runs of a sweep, or of its npz files.
 
-    Raises RunFolderError where there are none.
+    Raises RunFolderError where there are none, or where one is missing between others of its run.
     """
     if not data.is_dir():
         raise RunFolderError(f"data: there is no folder {data}.")
     lived = runs(data)
+    for run in lived:
+        run.refuse_holes()
     paths = [path for run in lived for path in run.episode_paths()] if lived else sorted(data.glob("*.npz"))
     if not paths:
         raise RunFolderError(f"data: {data} holds no episodes. Give the folder of a run, of a sweep, "

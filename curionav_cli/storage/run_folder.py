@@ -91,6 +91,14 @@ class RunFolder:
         return [cls(file.parent) for file in sorted(path.glob("*/run.json"))
                 if (file.parent / "config.yaml").is_file()]
 
+    def refuse_rest(self) -> None:
+        """Raises RunFolderError where a run was lived here, but for its config.yaml: nothing is written over it."""
+        rest = sorted(path for name in ("episodes/*.npz", "checkpoint/*/done", "metrics.jsonl")
+                      for path in self.path.glob(name))
+        if rest and not self.config.is_file():
+            raise RunFolderError(f"{self.path} holds {rest[0].relative_to(self.path)} of a run, but no config.yaml. "
+                                 "Restore that from a copy, or name another folder.")
+
     def create(self, config: str, fixed: dict[str, Any], about: dict[str, Any], plan: FloorPlan | None) -> None:
         """Begin the run; no plan: nobody lives in it. config.yaml comes last: a folder that has it has the rest."""
         self.checkpoints.mkdir(parents=True, exist_ok=True)
@@ -110,7 +118,7 @@ class RunFolder:
     def settings(self) -> dict[str, Any]:
         """env, agent, robot, seed and scale as config.yaml has them. Raises RunFolderError where it does not."""
         try:
-            config = yaml.load(self.config.read_text(), LOADER)
+            config = yaml.load(self.config.read_text(), LOADER) or {}
             return {"scale": config.get("scale", "")} | {key: config[key] for key in ("env", "agent", "robot", "seed")}
         except (OSError, yaml.YAMLError, TypeError, KeyError, AttributeError) as error:
             raise RunFolderError(f"{self.config} does not hold the settings of a run ({error}).") from error
@@ -141,7 +149,10 @@ class RunFolder:
     @property
     def plan(self) -> FloorPlan:
         """Raises RunFolderError where it is missing or broken."""
-        if self.config.is_file() and not (self.path / "plan.npz").exists():
+        there = (self.path / "plan.npz").exists()
+        if not there and self.episode_names():
+            raise RunFolderError(f"{self.path / 'plan.npz'} is missing. Restore it from a copy.")
+        if self.config.is_file() and not there:
             raise RunFolderError(f"{self.path} has no plan.npz: nobody lived in it. A trained run has no coverage.")
         return FloorPlan.load(self.path / "plan.npz")
 
@@ -189,8 +200,11 @@ class RunFolder:
         return rows
 
     def append_metrics(self, row: dict[str, Any]) -> None:
+        """One more row, on the disk before the checkpoint that counts on it."""
         with open(self.metrics_file, "a") as file:
             file.write(json.dumps(row) + "\n")
+            file.flush()
+            os.fsync(file.fileno())
 
     def write_metrics(self, rows: list[dict[str, Any]]) -> None:
         self.write("metrics.jsonl", "".join(json.dumps(row) + "\n" for row in rows))
@@ -204,6 +218,13 @@ class RunFolder:
         if [row.get("episode") for row in rows[:episodes]] != list(range(episodes)):
             raise RunFolderError(f"{self.metrics_file} ends after {len(rows)} of {episodes} episodes, "
                                  "so the run cannot go on. Restore it from a copy.")
+
+    def refuse_holes(self) -> None:
+        """Raises RunFolderError where an episode is missing that has later ones."""
+        for index, name in enumerate(self.episode_names()):
+            if name != self.episode_path(index).name:
+                raise RunFolderError(f"{self.episode_path(index)} is missing, and {name} is there. "
+                                     "Restore it from a copy.")
 
     def rewind(self, episodes: int) -> None:
         """Forget what came after the first `episodes` episodes. Raises RunFolderError if one is missing."""

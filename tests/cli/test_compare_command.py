@@ -89,6 +89,7 @@ def test_what_is_wrong_is_said_and_the_rest_shown(cli: Cli, a_sweep: Path, tmp_p
     ((), "There is no run to compare"), (("nowhere",), "There is no folder nowhere"), ((".",), "holds neither"),
     (("sweep", "baseline=randon"), "Did you mean random?"), (("sweep", "at=soon"), "not a list of steps"),
     (("sweep", "marking=swepd"), "Did you mean swept?"), (("sweep", "colour=red"), "compare has no setting colour"),
+    (("sweep", "out=sweep/multirun.yaml/x"), "sweep/multirun.yaml is a file. Name a folder."),
 ])
 def test_wrong_words_are_answered(cli: Cli, a_sweep: Path, words: tuple[str, ...], said: str) -> None:
     answer = cli("compare", *words)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 from pathlib import Path
 
 import pytest
@@ -72,11 +73,19 @@ def test_what_is_missing_is_named_and_the_rest_shown(cli: Cli, a_run: Path) -> N
     assert answer.code == 2 and "no finished episode" in answer.error and len(answer.error.strip().splitlines()) == 1
 
 
+def test_runs_of_one_name_have_folders_of_their_own(cli: Cli, a_run: Path, tmp_path: Path) -> None:
+    for sweep in ("one", "two"):
+        shutil.copytree(a_run, tmp_path / sweep / "run")
+    assert cli("coverage", "one", "two", "marking=landing", "denominator=visitable", "out=out").code == 0
+    assert {path.parent.name for path in tmp_path.glob("out/*/card.png")} == {"one_run", "two_run"}
+
+
 @pytest.mark.parametrize(("words", "said"), [
     ((), "Name the folder of a run or a sweep"), (("nowhere",), "There is no folder nowhere"),
     (("run", "marking=swepd"), "Did you mean swept?"), (("run", "color=red"), "coverage has no setting color"),
-    ((".",), "holds no run"),
+    ((".",), "holds no run"), (("run", "out=file"), "file is a file. Name a folder."),
 ])
-def test_wrong_words_have_one_clear_line(cli: Cli, words: tuple[str, ...], said: str) -> None:
+def test_wrong_words_have_one_clear_line(cli: Cli, tmp_path: Path, words: tuple[str, ...], said: str) -> None:
+    (tmp_path / "file").touch()
     answer = cli("coverage", *words)
     assert answer.code == 2 and said in answer.error and len(answer.error.strip().splitlines()) == 1

@@ -14,6 +14,9 @@ from pathlib import Path
 import pytest
 from entry import Cli
 
+from curionav_cli.results.docking import counted
+from curionav_cli.storage.run_folder import RunFolder
+
 SMALL = ("dock", "env=small_room", "loop.steps=25")
 
 # Kills its own process after the seventh homecoming's line, as a power cut would.
@@ -46,6 +49,28 @@ def test_the_table_counts_every_request(cli: Cli, tmp_path: Path) -> None:
         assert sum(int(row["count"]) for row in csv.DictReader(file)) == 3
     assert (tmp_path / "run" / "figures" / "arrivals.png").stat().st_size > 5000
     assert not list((tmp_path / "run" / "episodes").iterdir())
+
+
+def test_a_finished_run_returns_at_once_and_may_become_longer(cli: Cli, tmp_path: Path) -> None:
+    assert cli(*SMALL, "dock.requests=2", "hydra.run.dir=run").code == 0
+    again = cli("resume", "run")
+    assert again.code == 0 and "run: is done already" in again.out and "request" not in again.out.split("requests")[0]
+    assert "2/2" in cli("runs", "run").out
+    assert cli("resume", "run", "dock.requests=3").code == 0 and "3/3" in cli("runs", "run").out
+
+
+def test_only_what_differs_in_nothing_but_its_seed_is_counted_together(cli: Cli, tmp_path: Path) -> None:
+    words = (*SMALL, "dock.requests=1", "seed=0,1", "robot.docking.attempt=20,48", "hydra.sweep.dir=sweep")
+    assert cli(words[0], "-m", *words[1:]).code == 0
+    with open(tmp_path / "sweep" / "results.csv") as file:
+        rows = list(csv.DictReader(file))
+    assert [(row["seed"], row["requests"]) for row in rows[4:]] == [("2 seeds", "2")] * 2
+    assert {row["robot"] for row in rows[4:]} == {"turtlebot2i attempt=20.0", "turtlebot2i attempt=48.0"}
+    assert len(list((tmp_path / "sweep" / "figures").glob("arrivals_*.png"))) == 2
+    shutil.copytree(tmp_path / "sweep", tmp_path / "twice" / "a")  # the same seed twice is one
+    runs = [RunFolder(path) for part in ("sweep", "twice/a") for path in sorted(tmp_path.glob(f"{part}/[0-9]*"))]
+    each, together = counted(runs)
+    assert len(each) == 8 and [(one.where["seed"], len(one.docks)) for one in together] == [("2 seeds", 2)] * 2
 
 
 def test_a_killed_run_goes_on_to_the_same_homecomings(cli: Cli, tmp_path: Path) -> None:

@@ -46,7 +46,8 @@ def test_sizes_are_those_of_the_papers_table(cli: Cli, tmp_path: Path) -> None:
 def test_numbers_are_counted_from_the_run_and_name_it(cli: Cli, tmp_path: Path) -> None:
     words = ("agent=bounce", "robot=turtlebot2i", "loop.steps=40", "loop.episodes=3", "hydra.run.dir=lived/run")
     assert cli("explore", *words).code == 0
-    assert cli("paper", "numbers", "lived/run", "nowhere", "out=out").code == 0
+    answer = cli("paper", "numbers", "lived/run", "nowhere", "out=out")
+    assert answer.code == 0 and "There is no folder nowhere." in answer.out, answer.error
     page = (tmp_path / "out" / "paper-vs-ours.md").read_text()
     share = json.loads((tmp_path / "lived" / "run" / "status.json").read_text())["coverage"]
     assert f"| {share:.1%} after 120 steps | 1 | lived |" in page
@@ -85,12 +86,22 @@ def test_wrong_words_have_one_clear_line(cli: Cli, words: tuple[str, ...], said:
     assert answer.code == 2 and said in answer.error and len(answer.error.strip().splitlines()) == 1
 
 
+def test_folders_without_a_run_are_refused_and_a_page_stays_what_it_was(cli: Cli, tmp_path: Path) -> None:
+    (tmp_path / "out").mkdir()
+    (tmp_path / "out" / "paper-vs-ours.md").write_text("mine")
+    answer = cli("paper", "numbers", "nowhere", "out=out")
+    assert answer.code == 2 and "There is no folder nowhere." in answer.error and "Traceback" not in answer.error
+    assert (tmp_path / "out" / "paper-vs-ours.md").read_text() == "mine"
+
+
 def test_homecomings_are_counted_over_the_runs_that_had_any(cli: Cli, tmp_path: Path) -> None:
     short = ("env=small_room", "loop.steps=50", "loop.episodes=1")
     for agent in ("bounce", "cbet"):
         assert cli("explore", *short, f"agent={agent}", f"hydra.run.dir=runs/{agent}").code == 0
     assert cli("dock", "env=small_room", "loop.steps=20", "dock.requests=2", "hydra.run.dir=home").code == 0
-    answer = cli("paper", "numbers", "runs", "home", "out=out")
+    assert cli("dock", "env=small_room", "robot=turtlebot2i_plus", "loop.steps=20", "dock.requests=1",
+               "hydra.run.dir=better").code == 0
+    answer = cli("paper", "numbers", "runs", "home", "better", "out=out")
     assert answer.code == 0, answer.error
     rows = [line.split(" | ") for line in (tmp_path / "out" / "paper-vs-ours.md").read_text().splitlines()]
     docked = next(row for row in rows if row[1:] and row[1] == "auto docking, small_room")

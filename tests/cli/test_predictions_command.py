@@ -10,6 +10,7 @@ import pytest
 from entry import Cli
 from tiny import LEARNER
 
+from curionav_cli.errors import SoundnessWarning
 from curionav_cli.results.foreseen import errors
 from curionav_cli.results.runs import Run
 
@@ -34,6 +35,16 @@ def test_a_learner_s_runs_are_drawn_alone_and_over_seeds(cli: Cli, tmp_path: Pat
         assert all((run.folder.figures / name).stat().st_size > 3000 for name in FIGURES)
     over_seeds = "runs/figures/prediction_error_small_room_lbs_dreamer.png"
     assert over_seeds in answer.out and (tmp_path / over_seeds).stat().st_size > 3000
+
+
+def test_a_broken_prediction_is_named_and_nothing_hangs_on_it(cli: Cli, tmp_path: Path) -> None:
+    assert cli("explore", *LEARNER, "hydra.run.dir=run").code == 0
+    (tmp_path / "run" / "predictions" / "000001.npz").write_bytes(b"PK")
+    with pytest.warns(SoundnessWarning, match="predictions/000001.npz is not whole .* Left out"):
+        answer = cli("coverage", "run", "marking=landing", "denominator=visitable")
+    assert answer.code == 0 and "over the newest 3 episodes" in answer.out, answer.error
+    with pytest.warns(SoundnessWarning, match="000001.npz"):
+        assert cli("resume", "run", "loop.episodes=5").code == 0
 
 
 def test_environments_stand_under_each_other_in_one_figure(cli: Cli, tmp_path: Path) -> None:

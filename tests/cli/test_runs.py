@@ -149,6 +149,39 @@ def test_a_sweep_goes_on(cli: Cli, tmp_path: Path) -> None:
     assert "| 2_small_room_random_2 |" in (tmp_path / "sweep" / "table.md").read_text()
 
 
+def test_what_was_lived_is_not_lived_over(cli: Cli, tmp_path: Path) -> None:
+    """Without its config.yaml a folder is no run, but what it holds took time."""
+    assert cli("explore", "-m", *SWEEP, "seed=0,1").code == 0
+    run = tmp_path / "sweep" / "1_small_room_random_1"
+    (run / "config.yaml").unlink()
+    before = {path: path.read_bytes() for path in run.rglob("*") if path.suffix in (".npz", ".jsonl")}
+    for words in (("explore", *SWEEP[:-1], f"hydra.run.dir={run}"), ("resume", "sweep", "loop.episodes=3")):
+        answer = cli(*words)
+        assert answer.code and "of a run, but no config.yaml. Restore that from a copy" in answer.error
+        assert {path: path.read_bytes() for path in before} == before
+    assert len(RunFolder(tmp_path / "sweep" / "0_small_room_random_0").episode_paths()) == 3
+
+
+def test_a_run_without_its_plan_is_refused_and_stays_what_it_was(cli: Cli, tmp_path: Path) -> None:
+    assert cli("explore", *SWEEP[:-1], "hydra.run.dir=run").code == 0
+    (tmp_path / "run" / "plan.npz").unlink()
+    answer = cli("resume", "run", "loop.episodes=3")
+    assert answer.code == 2 and "plan.npz" in answer.error and "Restore it from a copy" in answer.error
+    assert RunFolder(tmp_path / "run").state == "done"
+
+
+def test_what_vanishes_while_it_is_measured_is_left_out(cli: Cli, outputs: Path, monkeypatch: pytest.MonkeyPatch
+                                                        ) -> None:
+    plain = Path.lstat
+
+    def lstat(path: Path) -> os.stat_result:
+        if path.name == "status.json":
+            raise FileNotFoundError(path)
+        return plain(path)
+    monkeypatch.setattr(Path, "lstat", lstat)
+    assert cli("runs").code == 0
+
+
 def test_a_run_that_was_killed_before_it_had_begun(cli: Cli, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     def stop(*_: object) -> None:
         raise KeyboardInterrupt

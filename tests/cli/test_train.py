@@ -207,6 +207,9 @@ def harmed(folder: Path, lived: Path, harm: str) -> None:
     if harm == "small":
         episode = Episode.load(source)
         replace(episode, image=episode.image[:, ::2, ::2].copy()).save(folder / "a.npz")
+    if harm == "hole":
+        shutil.copytree(lived, folder, dirs_exist_ok=True)
+        (folder / "episodes" / "000001.npz").unlink()
     if harm == "plan":
         shutil.copy(lived / "plan.npz", folder)
 
@@ -217,6 +220,7 @@ def harmed(folder: Path, lived: Path, harm: str) -> None:
     ("flipped", (), "a.npz is not whole"),
     ("small", (), "a.npz holds no episode: its images are uint8 (13, 32, 32, 3)"),
     ("plan", (), "plan.npz is not whole"),
+    ("hole", (), "data/episodes/000001.npz is missing, and 000002.npz is there"),
     ("", ("data=nowhere",), "data: there is no folder nowhere"),
     ("", ("data=null",), "train needs data"),
     ("", ("data=LIVED", "loop.iterations=0"), "loop.iterations=0 trains nothing"),

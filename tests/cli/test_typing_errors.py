@@ -53,6 +53,8 @@ TYPED = {
     "agent=bounce agent.min_turn=90 agent.max_turn=60": ["agent.max_turn: 60.0 is not between 90.0 and 180"],
     "env.start=[1,2,x]": ["env.start: '[1,2,x]' is not a list [...], each a number."],
     "env.collision=bounce": ["env.collision: 'bounce' is not one of cancel, stop, slide."],
+    "hydra.run.dir=": ["hydra.run.dir is empty. Name a folder, or leave it out."],
+    "-m seed=0,1 launcher=cores hydra.launcher.n_jobs=0": ["hydra.launcher.n_jobs=0 runs nothing."],
     "~seed": ["~seed: a setting is given another value, never removed."],
     "env.name='a": ["cannot be read as key=value"],
 }

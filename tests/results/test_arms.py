@@ -24,6 +24,7 @@ def test_seed_engine_and_world_make_no_other_arm():
     worlds = [world_settings(run) for run in runs]
     assert worlds[0] == worlds[1] == worlds[2] != worlds[3]
     assert world_settings(changed("env.note", "nicer")) == worlds[0]
+    assert world_settings({**PLAIN, "learner": "remote"}) == worlds[0], "where it learned is no part of the world"
 
 
 @pytest.mark.parametrize(("key", "value", "said"), [

@@ -69,9 +69,10 @@ def test_environments_count_for_themselves_unless_they_share(met, reward):
 def test_forgetting_never_always_and_with_the_episode(met, reward):
     assert met("AAAA", "xxxx", reset="random", reset_prob=0.0) == pytest.approx([1 / 2, 1 / 4, 1 / 6, 1 / 8])
     assert met("AAAA", "xxxx", reset="random", reset_prob=1.0) == pytest.approx([1 / 2] * 4)
-    made = reward(reset="episode")
-    for _ in range(2):
-        assert met("AAAA", "xxxx", made) == pytest.approx([1 / 2, 1 / 4, 1 / 6, 1 / 8])
+    for counted in (True, False):
+        made = reward(reset="episode", count_teleport=counted)
+        for _ in range(2):
+            assert met("AAAAS", "xxxxz", made)[:4] == pytest.approx([1 / 2, 1 / 4, 1 / 6, 1 / 8])
 
 
 def test_gaps_between_resets_are_geometric_and_the_two_tables_apart(reward):

@@ -45,6 +45,9 @@ class CBET(Reward):
                 met[t, n] = counts.add(life.environment, key)
                 if forgotten[t, n]:
                     counts.clear(life.environment)
+        if self.hyper.reset is Reset.episode:
+            for counts in self.counts.values():
+                counts.clear(life.environment)
         bonus = np.append(1 / met[:last].sum(axis=1), np.zeros(len(life) - last))
         poses = len(np.unique(life.episode.pose[1:-1], axis=0))
         self.alarm.look(poses, len(set(states[:-1])), bonus)
@@ -55,9 +58,7 @@ class CBET(Reward):
         }
 
     def forgotten(self, steps: int, environment: int) -> np.ndarray:
-        """(steps, 2) bool: is the table of states, that of changes cleared after this step?"""
+        """(steps, 2) bool: is the table of states, that of changes cleared by chance after this step?"""
         if self.hyper.reset is Reset.random:
             return self.dice[environment].random((steps, 2)) < self.hyper.reset_prob
-        cleared = np.zeros((steps, 2), bool)
-        cleared[-1] = self.hyper.reset is Reset.episode
-        return cleared
+        return np.zeros((steps, 2), bool)
