@@ -108,8 +108,8 @@ def numbers(folders: Sequence[Path]) -> tuple[list[Table], list[str]]:
     home = [run for folder in folders for run in RunFolder.inside(folder) or [RunFolder(folder)] if came_home(run)]
     lives, lost = gather([folder for folder in folders if not came_home_only(folder, home)], "landing", "visitable")
     if folders and not lives and not home:
-        raise ConfigError("\n".join([*lost, "There is no run whose numbers could be told. Name folders of runs or sweeps, "
-                                     "or none."]))
+        raise ConfigError("\n".join([*lost, "There is no run whose numbers could be told. Name folders of runs or "
+                                     "sweeps, or none."]))
     settings, scenes = composed("robot=turtlebot2i"), plans()
     comparison = compared(lives) if lives else Comparison([], {}, {}, {})
     parts = {"protocol": paper.protocol(asdict(settings.loop), asdict(settings.robot), scenes),
