@@ -93,9 +93,10 @@ command_with_settings("sheet", "Draw a contact sheet of a world: top view, camer
 @app.command()
 def runs(
     words: Annotated[list[str] | None, typer.Argument(
-        metavar="[DIR...] [state=STATE] [env=ENV] [agent=AGENT] [seed=N] [sort=KEY]", show_default=False,
-        help="Folders to look through (outputs without any). state=running|done|failed|interrupted|broken; "
-             "sort=age|coverage|size|state|env|agent|seed|run.")] = None,
+        metavar="[DIR]... [KEY=VALUE]...", show_default=False,
+        help="Folders to look through (outputs without any). To choose: env=..., agent=..., seed=..., state=running, "
+             "done, failed, interrupted or broken. To sort: sort=age, coverage, size, state, env, agent, seed or "
+             "run.")] = None,
 ) -> None:
     """List runs with their state, coverage, age and size."""
     from curionav_cli.commands import runs
@@ -149,10 +150,10 @@ def resume(
 @app.command()
 def coverage(
     words: Annotated[list[str] | None, typer.Argument(
-        metavar="RUN... [marking=RULE] [denominator=CELLS] [episodes=0,5,9] [film=last] [out=DIR]", show_default=False,
-        help="Folders of runs or sweeps. marking=landing|swept|footprint, denominator=visitable|floor: without them "
-             "all are shown. episodes: whose ways are drawn; film: those that become a .webm; out: "
-             "where figures go, with one of all runs of an environment beside each other.")] = None,
+        metavar="RUN... [KEY=VALUE]...", show_default=False,
+        help="Folders of runs or sweeps. marking=landing, swept or footprint, denominator=visitable or floor: without "
+             "them all are shown. episodes=0,5,last: whose ways are drawn; film=last: those that become a .webm; "
+             "out=DIR: where figures go, with one of all runs of an environment beside each other.")] = None,
 ) -> None:
     """Count the coverage of runs again, by any marking rule and denominator, and draw it; films, predictions."""
     from curionav_cli.commands import coverage
@@ -163,11 +164,10 @@ def coverage(
 @app.command()
 def compare(
     words: Annotated[list[str] | None, typer.Argument(
-        metavar="RUNS_OR_SWEEP... [baseline=ARM] [at=STEPS] [marking=RULE] [denominator=CELLS] [out=DIR]",
-        show_default=False,
-        help="Folders of runs or sweeps. baseline: the arm that all others are compared with, as its label reads; "
-             "at=1000,5000: coverage after so many steps too; marking=landing|swept|footprint, "
-             "denominator=visitable|floor; out: where it is written.")] = None,
+        metavar="RUNS_OR_SWEEP... [KEY=VALUE]...", show_default=False,
+        help="Folders of runs or sweeps. baseline=ARM: the one that all others are compared with, as its label reads; "
+             "at=1000,5000: coverage after so many steps too; marking=landing, swept or footprint; "
+             "denominator=visitable or floor; out=DIR: where it is written.")] = None,
 ) -> None:
     """Compare agents over seeds and environments: figures, tables, and how sure they are."""
     from curionav_cli.commands import compare

@@ -25,7 +25,10 @@ World = NavigationEnv | RobotEnv
 
 
 def scene(settings: Config) -> Scene:
-    """The world at rest. Raises SceneError or MapError."""
+    """The world at rest. Raises SceneError or MapError, and ConfigError where two worlds are asked for."""
+    if settings.env.map and settings.env.size:
+        raise ConfigError(f"env.map={settings.env.map} opens a ROS map, and env={settings.env.name} has a size of its "
+                          "own. Add env=map.")
     return Scene.from_dict(asdict(settings.env), f"env/{settings.env.name}.yaml")
 
 

@@ -51,7 +51,7 @@ class RunFolder:
         """The run at `path`. Raises RunFolderError where there is none."""
         run = cls(path)
         if not run.path.is_dir():
-            raise RunFolderError(f"There is no folder {path}.")
+            raise RunFolderError(nowhere(path))
         if not run.config.is_file():
             raise RunFolderError(f"{path} holds no run: it has no config.yaml. Give the folder of one run, "
                                  "such as outputs/DATE/TIME_small_room_random_0.")
@@ -234,6 +234,11 @@ class RunFolder:
         for path in paths[episodes:] + later:
             path.unlink()
         self.write_metrics(rows[:episodes])
+
+
+def nowhere(path: Path) -> str:
+    """What is wrong with a path that is no folder."""
+    return f"{path} is a file, and not the folder of a run." if path.exists() else f"There is no folder {path}."
 
 
 def locked(file: IO[str], patience: float = 0.0) -> bool:

@@ -55,6 +55,7 @@ TYPED = {
     "env.collision=bounce": ["env.collision: 'bounce' is not one of cancel, stop, slide."],
     "hydra.run.dir=": ["hydra.run.dir is empty. Name a folder, or leave it out."],
     "-m seed=0,1 launcher=cores hydra.launcher.n_jobs=0": ["hydra.launcher.n_jobs=0 runs nothing."],
+    "env.map=office.yaml": ["opens a ROS map, and env=small_room has a size of its own. Add env=map."],
     "~seed": ["~seed: a setting is given another value, never removed."],
     "env.name='a": ["cannot be read as key=value"],
 }
