@@ -12,6 +12,9 @@ import pytest
 from entry import Cli
 
 from curionav_cli.app import main
+from curionav_cli.results.gaps import noted
+from curionav_cli.results.runs import Run
+from curionav_cli.storage.run_folder import RunFolder
 
 
 @pytest.fixture(scope="module")
@@ -27,6 +30,18 @@ def lived(tmp_path_factory: pytest.TempPathFactory) -> Path:
 @pytest.fixture
 def a_sweep(lived: Path, tmp_path: Path) -> Path:
     return Path(shutil.copytree(lived, tmp_path / "sweep"))
+
+
+def test_what_a_run_notes_is_what_its_episodes_hold(cli: Cli, a_sweep: Path) -> None:
+    """Also after it went on: compare need not open an episode."""
+    longer = a_sweep / "2_small_room_bounce_0"
+    assert cli("resume", str(longer), "loop.episodes=4").code == 0
+    for path in sorted(a_sweep.glob("[0-9]*")):
+        run = Run.open(path)
+        told = noted(run.folder, run.plan, run.folder.metrics())
+        assert told is not None and told.curve.found.tolist() == run.curve.found.tolist()
+        assert (told.curve.steps, told.curve.total, told.ends) == (run.curve.steps, run.curve.total, run.readable.ends)
+    assert len(run.folder.metrics()) == 2 and len(RunFolder(longer).metrics()) == 4
 
 
 def rows(path: Path) -> list[dict[str, str]]:
