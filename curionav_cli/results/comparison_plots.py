@@ -121,10 +121,12 @@ def moments(horizon: int) -> np.ndarray:
 
 def panels(title: str, look: dict[str, Look]) -> tuple[Figure, list[Axes]]:
     """Three axes: a square one, and two with a row for each arm, named once; the arms' names below."""
-    figure = Figure((8.6, max(2.9, 1.5 + 0.36 * len(look))), layout="constrained")
+    names = [arm.replace(" ", "\n") for arm in look]
+    row = max(0.36, 0.18 * max(one.count("\n") + 1 for one in names))  # inches: no name runs into the next
+    figure = Figure((8.6, max(2.9, 1.5 + row * len(look))), layout="constrained")
     left, middle, right = figure.subplots(1, 3, width_ratios=(1.35, 1, 0.9))
     right.sharey(middle)
-    middle.set_yticks(range(len(look)), [arm.replace(" ", "\n") for arm in look])
+    middle.set_yticks(range(len(look)), names)
     middle.set_ylim(len(look) - 0.4, -0.6)
     for label, (color, _, _) in zip(middle.get_yticklabels(), look.values()):
         label.set_color(color)

@@ -114,7 +114,7 @@ def test_a_full_disk_loses_nothing_that_was_saved(
 
 def test_a_folder_goes_on_only_with_the_run_that_is_in_it(cli: Cli, tmp_path: Path) -> None:
     assert cli("explore", *SHORT, "agent=random", "hydra.run.dir=run").code == 0
-    for change, said in (("agent=bounce", 'agent.max_turn was null, now 180.0'), ("seed=3", "seed was 0, now 3"),
+    for change, said in (("agent=bounce", 'agent.name was "random", now "bounce"'), ("seed=3", "seed was 0, now 3"),
                          ("env.radius=0.15", "env.radius was 0.18, now 0.15")):
         words = {"agent": "agent=random", change.split("=")[0]: change}
         refused = cli("explore", *SHORT, *words.values(), "loop.episodes=4", "hydra.run.dir=run")

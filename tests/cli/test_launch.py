@@ -164,7 +164,7 @@ def test_ctrl_c(told: Told, capsys: Captured, words: list[str]) -> None:
 
 def test_a_folder_that_cannot_be_made(told: Told, tmp_path: Path) -> None:
     (tmp_path / "file").write_text("")
-    with pytest.raises(RunFailed, match="file/run could not be run"):
+    with pytest.raises(ConfigError, match="file is a file"):
         go(told, "hydra.run.dir=file/run")
 
 
