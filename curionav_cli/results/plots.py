@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from functools import partial
 from itertools import cycle
 from pathlib import Path
+from textwrap import fill
 from typing import Any, NamedTuple
 
 import matplotlib
@@ -74,12 +75,13 @@ def heatmaps(runs: Sequence[Run]) -> Figure:
     down = -(-len(runs) // across)
     wide, high = extent_of(runs[0].plan)
     size = 3.6 if wide < high else 3.0
-    figure = Figure(((0.6 + size * min(1.0, wide / high)) * across + 0.9, (0.8 + size * min(1.0, high / wide)) * down),
-                    layout="constrained")
+    width = 0.6 + size * min(1.0, wide / high)
+    names = [fill(f"{run.agent}, seed {run.seed}", int(width / 0.08)) for run in runs]
+    height = 0.65 + 0.15 * max(1 + name.count("\n") for name in names) + size * min(1.0, high / wide)
+    figure = Figure((width * across + 0.9, height * down), layout="constrained")
     all_axes = list(figure.subplots(down, across, squeeze=False).flat)
-    for axes, run in zip(all_axes, runs):
-        title = f"{run.agent}, seed {run.seed}\n{run.coverage.share:.1%} of {run.coverage.total} cells"
-        draw_heatmap(axes, run.coverage, title, most)
+    for axes, run, name in zip(all_axes, runs, names):
+        draw_heatmap(axes, run.coverage, f"{name}\n{run.coverage.share:.1%} of {run.coverage.total} cells", most)
     for axes in all_axes[len(runs):]:
         axes.set_axis_off()
     add_scale(figure, all_axes, runs[0].coverage)
