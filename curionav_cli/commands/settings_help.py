@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from enum import StrEnum
 from typing import Any
 
@@ -11,6 +12,8 @@ from rich.table import Table
 from typer.core import TyperCommand
 
 CHOSEN = {"dock": ("agent=bounce", "robot=turtlebot2i")}  # where a command's defaults are others
+
+SETTINGS = "curionav.settings"  # what was typed beside --help
 
 
 class Part(StrEnum):
@@ -33,7 +36,10 @@ class Kind(StrEnum):
 
 
 class SettingsCommand(TyperCommand):
-    """A command whose arguments are settings; its help shows them. --info alone means --info all."""
+    """A command whose arguments are settings; its help shows them, with agent=... beside it those of that agent.
+
+    --info alone means --info all.
+    """
 
     def format_help(self, ctx: Any, formatter: Any) -> None:
         super().format_help(ctx, formatter)
@@ -41,12 +47,16 @@ class SettingsCommand(TyperCommand):
         from curionav_cli.config.sources import opened
 
         with opened(str(self.name)) as hydra:
-            groups, settings = listing.groups(hydra), listing.settings(hydra, list(CHOSEN.get(str(self.name), ())))
+            chosen = [*CHOSEN.get(str(self.name), ()), *ctx.meta[SETTINGS]]
+            groups, settings = listing.groups(hydra), listing.settings(hydra, chosen)
+            choices = listing.choices(hydra, chosen)
         console = Console()
         console.print(panel("Choices (env=..., agent=...; * is the default)", group_rows(groups, settings)))
-        console.print(panel("Settings (seed=1, loop.episodes=50)", setting_rows(groups, settings)))
+        rows = setting_rows(groups, settings, choices)
+        console.print(panel("Settings (seed=1, loop.episodes=50; * is the default)", rows))
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
+        ctx.meta[SETTINGS] = [word for word in args if "=" in word and not word.startswith("-")]
         spelled = list(args)
         for index, word in enumerate(args):
             if word == "--info" and (index + 1 == len(args) or args[index + 1] not in list(Kind)):
@@ -59,14 +69,19 @@ def group_rows(groups: dict[str, list[str]], settings: dict[str, Any]) -> list[t
     rows = []
     for group, options in groups.items():
         chosen = settings.get(f"{group}.name", settings.get(group))
-        rows.append((group, ", ".join(f"*{option}" if option == chosen else option for option in options)))
+        rows.append((group, starred(options, chosen)))
     return rows
 
 
-def setting_rows(groups: dict[str, list[str]], settings: dict[str, Any]) -> list[tuple[str, str]]:
-    """(loop.steps, '500'): each key and its default; the lists of a scene are only counted."""
+def setting_rows(groups: dict[str, list[str]], settings: dict[str, Any],
+                 choices: dict[str, list[str]]) -> list[tuple[str, str]]:
+    """(loop.steps, '500'), (agent.view, '*pano, ego'), ...: each key; the lists of a scene are only counted."""
     keys = (key for key in settings if key not in groups and key.rpartition(".")[2] != "name")
-    return [(key, brief(settings[key])) for key in keys]
+    return [(key, starred(choices[key], settings[key]) if key in choices else brief(settings[key])) for key in keys]
+
+
+def starred(options: Sequence[str], chosen: Any) -> str:
+    return ", ".join(f"*{option}" if option == chosen else option for option in options)
 
 
 def brief(value: Any) -> str:

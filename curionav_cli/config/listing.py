@@ -4,6 +4,7 @@ completion and the suggestions after a typing error."""
 from __future__ import annotations
 
 from collections.abc import Iterator
+from enum import Enum
 from pathlib import Path
 from typing import Any
 
@@ -42,16 +43,28 @@ def note(hydra: Hydra, group: str, option: str) -> str:
 
 def settings(hydra: Hydra, overrides: list[str]) -> dict[str, Any]:
     """Flat key -> value of what these overrides compose to; of the defaults where they do not."""
+    return dict(flat(composed(hydra, overrides)))
+
+
+def choices(hydra: Hydra, overrides: list[str]) -> dict[str, list[str]]:
+    """The settings that are one of a few words -> all of these: agent.view -> [pano, ego]."""
+    found = flat(composed(hydra, overrides), words=False)
+    return {key: list(type(value).__members__) for key, value in found if isinstance(value, Enum)}
+
+
+def composed(hydra: Hydra, overrides: list[str]) -> DictConfig:
     try:
-        config = hydra.compose_config(MAIN, overrides, RunMode.RUN)
+        return hydra.compose_config(MAIN, overrides, RunMode.RUN)
     except HydraException:
-        config = hydra.compose_config(MAIN, [], RunMode.RUN)
-    return dict(flat(config))
+        return hydra.compose_config(MAIN, [], RunMode.RUN)
 
 
-def flat(config: DictConfig) -> Iterator[tuple[str, Any]]:
-    """('loop.steps', 500), ... as YAML would show them; lists and empty dictionaries are values."""
-    container = OmegaConf.to_container(config, enum_to_str=True)
+def flat(config: DictConfig, words: bool = True) -> Iterator[tuple[str, Any]]:
+    """('loop.steps', 500), ... as YAML would show them; lists and empty dictionaries are values.
+
+    words: members of an enumeration as their names.
+    """
+    container = OmegaConf.to_container(config, enum_to_str=words)
     assert isinstance(container, dict)
     yield from leaves({key: value for key, value in container.items() if key not in HIDDEN}, "")
 

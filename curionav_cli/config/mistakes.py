@@ -74,6 +74,8 @@ class Mistakes:
         """One value or a sweep; a group's option exists."""
         key, swept = override.key_or_group, override.is_sweep_override()
         options = listing.options_of(self.hydra, key)
+        if not key:
+            raise ConfigError(f"{override.input_line} names no setting. Settings are written as key=value.")
         if override.is_delete():
             raise ConfigError(f"{override.input_line}: a setting is given another value, never removed.")
         if swept and not multirun:
@@ -98,6 +100,13 @@ class Mistakes:
             raise ConfigError(f"{group} needs one of its options." + has(group, options))
         guess = did_you_mean(get_close_matches(str(choice), options, n=2))
         raise ConfigError(f"There is no {choice} in the group {group}.{guess}" + has(group, options))
+
+    def refuse_launcher(self, overrides: list[Override]) -> None:
+        """A launcher that a run without -m would not read: it would run here, and at once."""
+        for override in overrides:
+            if override.key_or_group in ("launcher", "hydra/launcher") and override.value() is not None:
+                line = f"{self.command} -m {' '.join(self.words)}"
+                raise ConfigError(f"{override.input_line} is for sweeps. Add -m: {line}")
 
     def dashes(self, word: str, following: list[str]) -> NoReturn:
         name, _, value = word.lstrip("-").partition("=")

@@ -51,6 +51,8 @@ def plan(hydra: Hydra, words: list[str], multirun: bool, check: Check | None = N
         master = hydra.compose_config(MAIN, words, RunMode.MULTIRUN if multirun else RunMode.RUN)
     refuse_callables(master)
     multirun = multirun or master.hydra.mode == RunMode.MULTIRUN
+    if not multirun and check is not None:  # without a check nothing runs
+        mistakes.refuse_launcher(overrides)
     jobs = expand(hydra, master, overrides) if multirun else [words]
     for job in sample(jobs):
         settings, chosen = compose(hydra, mistakes, job)

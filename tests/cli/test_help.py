@@ -51,6 +51,12 @@ def test_help_of_explore_names_every_choice_and_setting(cli: Cli) -> None:
         assert "schema" not in choices and "hydra" not in choices
 
 
+def test_help_of_a_chosen_agent_shows_its_settings_and_their_choices(cli: Cli) -> None:
+    out = cli("explore", "agent=cbet", "--help").out
+    assert "*pano, ego" in out and "agent.gru_units" not in out
+    assert "*lbs, picture_count" in cli("explore", "--help").out
+
+
 def test_cfg_shows_a_part_and_resolves(cli: Cli) -> None:
     answer = cli("explore", "agent=bounce", "--cfg", "job", "-p", "agent")
     assert answer.out == "# @package agent\nname: bounce\nmin_turn: 30.0\nmax_turn: 180.0\n"

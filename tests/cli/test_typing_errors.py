@@ -14,6 +14,8 @@ TYPED = {
     "repeat=1 agent=sticky": ["The settings have no key repeat. Did you mean env.repeat or agent.repeat?"],
     "agent.model_lr=fast": ["agent.model_lr: 'fast' is not a number"],
     "agent=random,bounce": ["A list of values needs a sweep. Add -m: curionav explore -m agent=random,"],
+    "launcher=cores": ["launcher=cores is for sweeps. Add -m: curionav explore -m launcher=cores"],
+    "=5": ["=5 names no setting. Settings are written as key=value."],
     "seed=range(0,3)": ["A list of values needs a sweep. Add -m:"],
     "--seed 3": ["Settings are written without dashes: seed=3"],
     "--loop.steps=3": ["Settings are written without dashes: loop.steps=3"],
