@@ -81,7 +81,7 @@ def heatmaps(runs: Sequence[Run]) -> Figure:
     figure = Figure((width * across + 0.9, height * down), layout="constrained")
     all_axes = list(figure.subplots(down, across, squeeze=False).flat)
     for axes, run, name in zip(all_axes, runs, names):
-        draw_heatmap(axes, run.coverage, f"{name}\n{run.coverage.share:.1%} of {run.coverage.total} cells", most)
+        draw_heatmap(axes, run.coverage, f"{name}\n{run.coverage.share:.1%} of {run.coverage.total:,} cells", most)
     for axes in all_axes[len(runs):]:
         axes.set_axis_off()
     add_scale(figure, all_axes, runs[0].coverage)
