@@ -100,7 +100,7 @@ else ifeq ($(SCALE),cpu)
 endif
 
 $(RUNS)/ours/.done: EXPERIMENT = experiment=apartments agent=lbs_dreamer $(OURS)
-$(RUNS)/theirs/.done: EXPERIMENT = experiment=apartments agent=cbet $(THEIRS)
+$(RUNS)/theirs/.done: EXPERIMENT = experiment=apartments agent=cbet,cbet_ego,cbet_lifelong $(THEIRS)
 $(RUNS)/small/.done: EXPERIMENT = experiment=real_small $(SMALL)
 $(RUNS)/large/.done: EXPERIMENT = experiment=real_large $(LARGE)
 $(RUNS)/many/.done: EXPERIMENT = experiment=comparison $(MANY)
@@ -109,7 +109,7 @@ $(RUNS)/%/.done: | $(READY)
 	@touch $@
 
 figure-apartments: $(RUNS)/ours/.done $(RUNS)/theirs/.done
-	$(CURIONAV) compare $(RUNS)/ours $(RUNS)/theirs baseline=cbet out=$(FIG)/apartments
+	$(CURIONAV) compare $(RUNS)/ours $(RUNS)/theirs out=$(FIG)/apartments
 
 figure-small-room: $(RUNS)/small/.done
 	$(CURIONAV) coverage $(RUNS)/small $(COUNT) out=$(FIG)/small_room

@@ -7,7 +7,9 @@ import shlex
 from pathlib import Path
 
 from curionav_cli.config.job import Outcome
+from curionav_cli.config.preflight import Plan
 from curionav_cli.errors import RunFolderError
+from curionav_cli.results.runs import job_number
 from curionav_cli.storage.run_folder import RunFolder
 
 QUEUED = ".submitit"  # where submitit keeps what it sent to a queue: a folder for each array of jobs
@@ -30,6 +32,14 @@ def note_killed(folder: Path, why: str) -> None:
             killed = True
         if killed:
             run.set_status(state="interrupted", error=why)
+
+
+def not_begun(todo: Plan) -> list[str]:
+    """A line for each run of a sweep that left no folder: what is its own among them."""
+    begun = {job_number(run.path.name)[0] for run in RunFolder.inside(todo.folder)} if todo.multirun else {0}
+    shared = set.intersection(*map(set, todo.jobs))
+    return [f"not begun: {number}: {' '.join(word for word in job if word not in shared) or ' '.join(job)}"
+            for number, job in enumerate(todo.jobs) if number not in begun]
 
 
 def why(error: BaseException, kills: int) -> str:

@@ -55,9 +55,11 @@ def run(words: list[str]) -> int:
                                      "curionav compare outputs/DATE/SWEEP"]))
     comparison = compare(lives)
     baseline = one_of("baseline", chosen["baseline"], list(comparison.arms)) if "baseline" in chosen else None
+    best = {file_name(field.env): page.best_runs(field, way) for field in comparison.fields}
     notes = [*estimates.notes(comparison, baseline), *lost]
+    notes += [line for runs in best.values() for line in page.holes(runs) if line not in notes]
     report = Report(shlex.join(["curionav", "compare", *words]), comparison, baseline, way, at, notes)
-    made = write(report, folder)
+    made = write(report, folder, best)
     console = a_console()
     for part in report.tables:
         print_columns(part.rows, part.columns, console, [heading for heading, _, _ in part.columns], part.title)
@@ -158,9 +160,8 @@ def draw(report: Report, folder: Path, best: dict[str, list[Run]]) -> list[str]:
     return [f"figures/{name}" for name in (*(f"{name}.png" for name in reversed(names.values())), *maps)]
 
 
-def write(report: Report, folder: Path) -> list[str]:
-    """Figures, CSV files, a page and a LaTeX file; their names in the folder."""
-    best = {file_name(field.env): page.best_runs(field, report.way) for field in report.comparison.fields}
+def write(report: Report, folder: Path, best: dict[str, list[Run]]) -> list[str]:
+    """Figures, CSV files, a page and a LaTeX file; their names in the folder. best: of which heatmaps are drawn."""
     (folder / "figures").mkdir(parents=True, exist_ok=True)
     with workers(1) as pool:  # as long as the figures take
         film = pool.submit(page.shoot, next(iter(best.values())), folder / "figures" / "film.webm")

@@ -7,11 +7,12 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
 from curionav_cli.commands import predictions
 from curionav_cli.commands.summary import a_console, print_files, print_table
-from curionav_cli.commands.words import sorted_out
+from curionav_cli.commands.words import file_name, sorted_out
 from curionav_cli.errors import ConfigError, RunFolderError
 from curionav_cli.files import folder_for
 from curionav_cli.records import Episode
@@ -44,7 +45,7 @@ def run(words: list[str]) -> int:
                        for key in ("episodes", "film"))
     console = a_console()
     tell_apart(runs)
-    counted = {one.folder.path: [Run(one.folder, rule, of, one.variant) for rule in rules for of in denominators]
+    counted = {one.folder.path: [replace(one, rule=rule, denominator=of) for rule in rules for of in denominators]
                for one in runs}
     print_table([way.row() for ways in counted.values() for way in ways], console, SHOWN)
     for line in [*filter(None, map(predictions.line, runs)), *lost, *(gap for one in runs for gap in gaps(one))]:
@@ -137,9 +138,9 @@ def draw_episodes(one: Run, shown: Sequence[int], filmed: Sequence[int], folder:
 def draw_together(runs: Sequence[Run], out: Path) -> list[Path]:
     """The runs of each environment: a heatmap beside their curves, as in the paper, and the first one at a glance."""
     made = []
-    for env in dict.fromkeys((run.env, run.coverage.total) for run in runs):
-        same = [run for run in runs if (run.env, run.coverage.total) == env]
+    for env in dict.fromkeys(run.env for run in runs):
+        same = [run for run in runs if run.env == env]
         for kind, figure in (("beside", panels.beside(same[:BESIDE])), ("card", panels.card(same[0], same[1:]))):
-            made.append(out / f"{kind}_{env[0]}.png")
+            made.append(out / f"{kind}_{file_name(env)}.png")
             plots.save(figure, made[-1])
     return made

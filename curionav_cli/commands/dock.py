@@ -167,7 +167,7 @@ def summary(folder: Path, outcomes: list[Outcome]) -> None:
     from curionav_cli.results import docking
 
     alone = (folder / "config.yaml").is_file()
-    runs = [run for run in ([RunFolder(folder)] if alone else RunFolder.inside(folder)) if run.metrics()]
+    runs = [run for run in ([RunFolder(folder)] if alone else RunFolder.inside(folder)) if docking.came_home(run)]
     if not runs:
         return
     draw(runs, folder)

@@ -78,6 +78,8 @@ def launch(request: Request, work: Work, summary: Summary, check: Check | None =
             hydra_launch.show_config(hydra, todo, request.cfg, request.package, request.resolve)
         if shows:
             return 0
+        if not todo.multirun:
+            RunFolder(todo.folder).refuse_company()  # before Hydra writes there
         outcomes, broken, kills = [], None, aftermath.memory_kills()
         try:
             with shown(todo):
@@ -89,6 +91,8 @@ def launch(request: Request, work: Work, summary: Summary, check: Check | None =
             aftermath.note_killed(todo.folder, aftermath.why(error, kills))
         aftermath.note_failures(outcomes)
         summary(todo.folder, outcomes)
+        for line in aftermath.not_begun(todo) if broken else ():
+            print(line)
     if isinstance(broken, KeyboardInterrupt):
         print(f"Interrupted. {aftermath.to_go_on(todo.folder)}", file=sys.stderr)
         return INTERRUPTED

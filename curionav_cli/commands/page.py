@@ -35,6 +35,11 @@ def best_runs(field: Field, way: tuple[str, str]) -> list[Run]:
     return found
 
 
+def holes(runs: Sequence[Run]) -> list[str]:
+    """A line for each of these runs that noted more than its episodes hold: one of them is broken."""
+    return [f"GAP: {gap}" for run in runs for gap in run.readable.gaps]
+
+
 def draw_best(best: dict[str, list[Run]], figures: Path) -> list[str]:
     """The heatmaps of the best runs side by side, a figure for each environment; their names in the folder."""
     for name, runs in best.items():

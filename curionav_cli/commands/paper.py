@@ -24,6 +24,7 @@ from curionav_cli.results import estimates, paper, tables
 from curionav_cli.results.comparison import Comparison
 from curionav_cli.results.comparison import compare as compared
 from curionav_cli.results.comparison_tables import Table
+from curionav_cli.results.docking import came_home
 from curionav_cli.results.tables import Row
 from curionav_cli.storage.run_folder import RunFolder
 
@@ -120,11 +121,6 @@ def numbers(folders: Sequence[Path]) -> tuple[list[Table], list[str]]:
     notes = [*estimates.notes(comparison, None), *lost] if lives else [*lost, "No run was given, so that nothing is "
                                                                        "said about coverage and docking."]
     return [hyperparameters(), *shown], notes
-
-
-def came_home(run: RunFolder) -> bool:
-    """Is it a run of curionav dock?"""
-    return any("code" in row for row in run.metrics()[:1])
 
 
 def came_home_only(folder: Path, home: Sequence[RunFolder]) -> bool:

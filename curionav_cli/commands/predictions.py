@@ -8,6 +8,7 @@ from pathlib import Path
 from rich.box import SIMPLE
 from rich.table import Table
 
+from curionav_cli.commands.words import file_name
 from curionav_cli.results import foreseen, novelty, plots, predictions
 from curionav_cli.results.foreseen import Errors
 from curionav_cli.results.runs import Run
@@ -53,7 +54,7 @@ def draw_seeds(runs: Sequence[Run], out: Path | None = None) -> list[Path]:
         folder = out or next(iter(above)) / "figures"
         folder.mkdir(parents=True, exist_ok=True)
         figure = predictions.error_curve(foreseen.over_runs(several), agent, f"{len(several)} seeds", f"{env}, {agent}")
-        drawn.append(folder / f"prediction_error_{env}_{agent.replace(' ', '_')}.png")
+        drawn.append(folder / f"prediction_error_{file_name(f'{env} {agent}')}.png")
         plots.save(figure, drawn[-1])
     return drawn
 

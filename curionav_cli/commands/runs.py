@@ -24,7 +24,7 @@ CHOICES: dict[str, tuple[str, ...]] = {"state": STATES, "env": (), "agent": (), 
 COLUMNS = (("run", "run", "{}"), ("state", "state", "{}"), ("env", "env", "{}"), ("agent", "agent", "{}"),
            ("seed", "seed", "{}"), ("done", "progress", "{}"), ("coverage", "coverage", "{:.1%}"),
            ("age", "age", "{}"), ("size", "size", "{}"))
-SHOWN = tuple(heading for heading, _, _ in COLUMNS)
+SHOWN = ("run", "state", "coverage", "age", "size", "done", "env", "agent", "seed")  # as many as there is room for
 DESCENDING = ("coverage", "size")
 
 
@@ -69,7 +69,8 @@ def run(words: list[str]) -> int:
     if not found:
         console.print(f"No run in {', '.join(map(str, roots))}{' is like that' if chosen else ''}.", highlight=False)
         return 0
-    print_columns([one.row() for one in found], COLUMNS, console, SHOWN)
+    asked = [key for key in (*chosen, sort) if key in SHOWN]
+    print_columns([one.row() for one in found], COLUMNS, console, list(dict.fromkeys(["run", *asked, *SHOWN])))
     for one in found:
         if one.error and one.state != "done":
             console.print(f"{one.path}: {one.error}", soft_wrap=True, highlight=False, markup=False)

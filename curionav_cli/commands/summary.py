@@ -13,6 +13,7 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
+from curionav_cli.commands.words import file_name
 from curionav_cli.errors import UserError
 from curionav_cli.files import write_whole
 from curionav_cli.results import plots, tables
@@ -65,8 +66,8 @@ def show_sweep(root: Path, folders: Sequence[Path], console: Console) -> None:
         except UserError as error:
             rows.append(failed_row(folder, error))
     tell_apart(runs)
-    names = {str(run.folder.path): run.agent for run in runs}
-    rows = [{**row, "agent": names.get(row["folder"], row["agent"])} for row in rows]
+    names = {str(run.folder.path): {"env": run.env, "agent": run.agent} for run in runs}
+    rows = [{**row, **names.get(row["folder"], {})} for row in rows]
     made = draw(root, runs)
     columns = (*tables.COLUMNS, ("folder", "name", "{}"))
     named = [{**row, "name": Path(row["folder"]).name} for row in rows]
@@ -101,8 +102,8 @@ def draw(root: Path, runs: Sequence[Run]) -> list[str]:
         same = [run for run in runs if run.env == env]
         (root / "figures").mkdir(exist_ok=True)
         for kind, figure in (("coverage", plots.curves(same, env)), ("heatmaps", plots.heatmaps(one_each(same)))):
-            plots.save(figure, root / "figures" / f"{kind}_{env}.png")
-            made.append(f"figures/{kind}_{env}.png")
+            made.append(f"figures/{kind}_{file_name(env)}.png")
+            plots.save(figure, root / made[-1])
     return made
 
 

@@ -5,14 +5,24 @@ Hydra itself calls what stands under hydra.callbacks and under `()` in its loggi
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
+from functools import reduce
 from typing import Any
 
 from omegaconf import DictConfig, OmegaConf
 
 from curionav_cli.errors import ConfigError
 
-PLUGINS = ("hydra._internal.core_plugins.", "hydra_plugins.", "optuna.samplers.")
+TARGETS = {  # nothing else is called, and nowhere else
+    "hydra.launcher._target_": r"(hydra\._internal\.core_plugins|hydra_plugins\.\w+)\.\w+\.\w+Launcher",
+    "hydra.sweeper._target_": r"(hydra\._internal\.core_plugins|hydra_plugins\.\w+)\.\w+\.\w+Sweeper",
+    "hydra.sweeper.sampler._target_": r"optuna\.samplers\.\w+Sampler",
+}
+NAMES = {  # of folders and files within the run's, and of the run's within the sweep's
+    "output_subdir": r"[\w.-]+", "job.name": r"[\w.-]+",
+    "sweep.subdir": r"([\w.=,/ -]|\$\{(hydra\.job\.\w+|env\.name|(agent|robot|loop)\.[\w.]+|seed|scale)\})*",
+}
 LOGGING = ("logging.", "colorlog.")
 IN_THE_RUN = "${hydra.runtime.output_dir}/"
 
@@ -20,12 +30,20 @@ IN_THE_RUN = "${hydra.runtime.output_dir}/"
 def refuse_callables(config: DictConfig) -> None:
     """Raises ConfigError for a composed configuration with something in it that Hydra would call, or open."""
     hydra: Any = OmegaConf.to_container(config.hydra, resolve=False)
+    for key, form in NAMES.items():
+        name = str(reduce(dict.__getitem__, key.split("."), hydra) or "x")
+        parts = name.split("/")
+        if "override_dirname" in name:  # the values of a sweep are a part of it
+            parts += re.split("[/=]", str(hydra["sweeper"].get("params")))
+        if not re.fullmatch(form, name) or ".." in parts or not parts[0]:
+            raise ConfigError(f"hydra.{key}: {name} would be written outside the run's folder.")
     for key in ("callbacks", "job.env_set"):
         if OmegaConf.select(config.hydra, key):
             raise ConfigError(f"hydra.{key}: a config may not run code or set the environment. Use the shell for it.")
     for key, value in leaves(hydra, "hydra"):
         leaf, logs, text = key.rpartition(".")[2], "_logging." in key, str(value)
-        called = {"_target_": not text.startswith(PLUGINS), "()": logs, "class": logs and not text.startswith(LOGGING)}
+        called = {"_target_": not re.fullmatch(TARGETS.get(key, ""), text), "()": logs,
+                  "class": logs and not text.startswith(LOGGING)}
         if called.get(leaf) or (text.startswith("ext://") and not text.startswith("ext://sys.std")):
             raise ConfigError(f"{key}: {value} would be called; a config may not name what is called.")
         if logs and leaf == "filename" and (not text.startswith(IN_THE_RUN) or ".." in text):

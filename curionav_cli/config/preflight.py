@@ -12,9 +12,11 @@ from hydra._internal.hydra import Hydra
 from hydra.core.hydra_config import HydraConfig
 from hydra.core.override_parser.overrides_parser import OverridesParser
 from hydra.core.override_parser.types import Override
+from hydra.errors import HydraException
 from hydra.types import RunMode
 from omegaconf import DictConfig, OmegaConf
 
+from curionav_cli.config.answers import first_line
 from curionav_cli.config.hostile import refuse_callables
 from curionav_cli.config.mistakes import Mistakes
 from curionav_cli.config.schema import Config
@@ -92,7 +94,11 @@ def expand(hydra: Hydra, master: DictConfig, overrides: list[Override]) -> list[
     """The jobs of a sweep, as Hydra's basic sweeper makes them."""
     params = master.hydra.sweeper.get("params") or {}
     parser = OverridesParser.create(config_loader=hydra.config_loader)
-    swept = parser.parse_overrides([f"{key}={value}" for key, value in params.items()])
+    try:
+        swept = parser.parse_overrides([f"{key}={value}" for key, value in params.items()])
+    except HydraException as error:
+        raise ConfigError("hydra.sweeper.params: each is a list of values, as in seed: 0,1,2 or seed: range(5). "
+                          + first_line(str(error))) from error
     if master.hydra.sweeper._target_.endswith("BasicSweeper"):
         for override in overrides:
             if not values(override):

@@ -1,7 +1,8 @@
 """Coverage from stored poses: which cells were visited, when for the first time, and how often.
 
 Two denominators: `visitable` (cells whose centre the robot can reach) and `floor` (every cell).
-Three rules of marking a cell: `landing` (where a step ends; the released C-BET's rule and our default),
+Three rules of marking a cell: `landing` (where a step ends, and the first pose; our default, and
+but for the first pose the released C-BET's rule),
 `swept` (every cell that the centre passes) and `footprint` (every cell whose centre the robot's disc
 covers where a step ends). A cell outside the denominator never counts, so coverage is at most 1.
 """

@@ -34,6 +34,11 @@ RECOVERIES: Columns = (
 )
 
 
+def came_home(run: RunFolder) -> bool:
+    """Is it a run of curionav dock, with a homecoming in it?"""
+    return any("code" in row for row in run.metrics()[:1])
+
+
 def reports(run: RunFolder) -> list[DockReport]:
     """The homecomings of a run, in order."""
     return [DockReport.of({key: row[key] for key in DockReport.__dataclass_fields__}) for row in run.metrics()]

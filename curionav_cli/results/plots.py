@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from functools import partial
-from itertools import cycle
 from pathlib import Path
 from textwrap import fill
 from typing import Any, NamedTuple
@@ -43,6 +42,11 @@ OTHERS = (  # for agents of other names, and for all but the first arm of one ag
     Look("#4d7c0f", (0, (9, 3)), "*"), Look("#a21caf", (0, (4, 2, 1, 2, 1, 2)), "h"), Look("#0284c7", (0, (2, 1)), "d"),
     Look("#92400e", (0, (10, 2, 1, 2)), "8"),
 )
+VARIANTS = {  # of an agent's name in a label, everywhere too: which of OTHERS
+    "view=ego": 1, "reward=count_oracle": 0, "reward=motion": 3, "reward=count": 5, "reward=rnd": 6, "reward=icm": 2,
+    "reward=ride": 4, "curiosity=picture_count": 4, "curiosity=shuffled": 2, "curiosity=none": 6,
+    "curiosity=count": 5, "curiosity=disagreement": 3, "curiosity=rnd": 0,
+}
 SOLID, START, MAXIMUM = "#4b5563", "#1d4ed8", "#b91c1c"
 VISITS = ListedColormap(matplotlib.colormaps["inferno_r"](np.linspace(0.15, 1, 256)))  # visible on white
 DRAWN = 140  # about so many squares along the longer side of a building
@@ -157,9 +161,14 @@ def mark_start(axes: Axes, plan: FloorPlan) -> None:
 
 
 def looks(arms: dict[str, str]) -> dict[str, Look]:
-    """A look for each arm (label -> agent): the first of an agent has the agent's own."""
-    own, others = dict(STYLES), cycle(OTHERS)
-    return {arm: own.pop(agent) if agent in own else next(others) for arm, agent in arms.items()}
+    """A look for each arm (label -> agent): that of its variant, else the agent's own, else one that no arm has yet."""
+    found: dict[str, Look] = {}
+    for arm, agent in arms.items():
+        variants = [OTHERS[VARIANTS[word]] for word in arm.split()[1:] if word in VARIANTS]
+        free = [look for look in [*variants, *([STYLES[agent]] if agent in STYLES and not variants else []), *OTHERS]
+                if look not in found.values()]
+        found[arm] = free[0] if free else OTHERS[len(found) % len(OTHERS)]
+    return found
 
 
 def curves(runs: Sequence[Run], title: str) -> Figure:

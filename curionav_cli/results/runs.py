@@ -14,7 +14,7 @@ import numpy as np
 from curionav_cli.errors import RunFolderError
 from curionav_cli.files import read_arrays
 from curionav_cli.records import FloorPlan
-from curionav_cli.results.arms import flat, labels
+from curionav_cli.results.arms import flat, labels, world_settings
 from curionav_cli.results.coverage import Coverage, Curve
 from curionav_cli.results.gaps import Readable, readable
 from curionav_cli.storage.run_folder import RunFolder
@@ -35,6 +35,7 @@ class Run:
     rule: str = "landing"
     denominator: str = "visitable"
     variant: str = ""
+    other_world: str = ""
 
     @classmethod
     def open(cls, path: Path) -> Run:
@@ -47,7 +48,12 @@ class Run:
 
     @property
     def env(self) -> str:
-        """The scene's name; of a ROS map the file's, or its folder's where that is just map.yaml."""
+        """The scene, and what `tell_apart` found to be its own among runs in one scene."""
+        return self.scene + self.other_world
+
+    @property
+    def scene(self) -> str:
+        """Its name; of a ROS map the file's, or its folder's where that is just map.yaml."""
         settings = self.config["env"]
         if not settings.get("map"):
             return settings["name"]
@@ -149,11 +155,15 @@ def homecomings(metrics: list[dict[str, Any]]) -> dict[str, int]:
 
 
 def tell_apart(runs: Sequence[Run]) -> None:
-    """Runs of one agent with different settings of it get into their name what tells them apart: 'cbet view=ego'."""
-    settings = [run.config["agent"] for run in runs]
-    names = [agent["name"] for agent in settings]
-    for run, name, label in zip(runs, names, labels(names, list(map(flat, settings)), [run.preset for run in runs])):
+    """Runs of one agent, or in one scene, with different settings of it get into their name what tells them apart:
+    'cbet view=ego', 'small_room camera=0.9'."""
+    agents = [run.config["agent"] for run in runs]
+    names = [agent["name"] for agent in agents]
+    for run, name, label in zip(runs, names, labels(names, list(map(flat, agents)), [run.preset for run in runs])):
         run.variant = label.removeprefix(name)
+    worlds = [world_settings({"env": run.config["env"]}) for run in runs]
+    for run, label in zip(runs, labels([run.scene for run in runs], worlds, [""] * len(runs))):
+        run.other_world = label.removeprefix(run.scene)
 
 
 def job_number(name: str) -> tuple[int, str]:

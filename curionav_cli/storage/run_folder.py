@@ -63,13 +63,20 @@ class RunFolder:
         self.path.mkdir(parents=True, exist_ok=True)
         with open(self.path / ".lock", "a+") as lock:
             if not locked(lock, patience=0.5):
-                lock.seek(0)
-                who = lock.read().strip() or "another process"
-                raise RunFolderError(f"{self.path} is lived by {who}. Wait for it, or stop it.")
+                raise self.taken()
             lock.truncate(0)
             lock.write(f"process {os.getpid()} on {platform.node()}")
             lock.flush()
             yield
+
+    def refuse_company(self) -> None:
+        """Raises RunFolderError where a process is in it now."""
+        if self.alive:
+            raise self.taken()
+
+    def taken(self) -> RunFolderError:
+        who = (self.path / ".lock").read_text().strip() or "another process"
+        return RunFolderError(f"{self.path} is lived by {who}. Wait for it, or stop it.")
 
     @property
     def alive(self) -> bool:

@@ -44,6 +44,24 @@ def test_what_a_run_notes_is_what_its_episodes_hold(cli: Cli, a_sweep: Path) -> 
     assert len(run.folder.metrics()) == 2 and len(RunFolder(longer).metrics()) == 4
 
 
+def test_broken_episodes_of_runs_that_noted_what_they_found_are_named(cli: Cli, a_sweep: Path, tmp_path: Path) -> None:
+    cut, flipped = (a_sweep / f"{number}_small_room_{name}" / "episodes" / "000001.npz"
+                    for number, name in ((1, "random_1"), (2, "bounce_0")))
+    cut.write_bytes(cut.read_bytes()[:-100])
+    shutil.rmtree(a_sweep / "3_small_room_bounce_1")  # so that the run with the flipped bytes is the arm's best
+    data = bytearray(flipped.read_bytes())
+    data[40:-22] = bytes(len(data) - 62)  # all but its end, which is what tells that it was written whole
+    flipped.write_bytes(data)
+    answer = cli("compare", "sweep", "out=out")
+    assert answer.code == 0, answer.error
+    for path in (cut, flipped):
+        assert any(line.startswith("GAP") and str(path.relative_to(tmp_path)) in line
+                   for line in answer.out.splitlines()), answer.out
+    metrics = a_sweep / "0_small_room_random_0" / "metrics.jsonl"
+    metrics.unlink()
+    assert f"{metrics.relative_to(tmp_path)} is missing" in cli("compare", "sweep", "out=out").out
+
+
 def rows(path: Path) -> list[dict[str, str]]:
     return list(csv.DictReader(path.read_text().splitlines()))
 

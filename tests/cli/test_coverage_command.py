@@ -57,6 +57,15 @@ def test_episodes_are_drawn_and_filmed_into_a_folder_of_their_own(cli: Cli, a_ru
         assert (tmp_path / "one" / path).read_bytes() == (tmp_path / "two" / path).read_bytes(), path
 
 
+def test_runs_in_different_worlds_of_one_name_are_drawn_apart(cli: Cli, a_run: Path, tmp_path: Path) -> None:
+    words = ("agent=bounce", "env.camera=0.6", "loop.steps=40", "loop.episodes=2", "hydra.run.dir=higher")
+    assert cli("explore", *words).code == 0
+    answer = cli("coverage", "run", "higher", "marking=landing", "denominator=visitable", "out=out")
+    assert answer.code == 0, answer.error
+    assert sorted(path.name for path in (tmp_path / "out").glob("*.png")) == [
+        f"{kind}_small_room_camera={camera}.png" for kind in ("beside", "card") for camera in ("0.45", "0.6")]
+
+
 def test_what_is_missing_is_named_and_the_rest_shown(cli: Cli, a_run: Path) -> None:
     (a_run / "episodes" / "000001.npz").unlink()
     with open(a_run / "metrics.jsonl", "a") as file:

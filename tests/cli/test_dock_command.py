@@ -87,6 +87,13 @@ def test_a_killed_run_goes_on_to_the_same_homecomings(cli: Cli, tmp_path: Path) 
     shutil.rmtree(tmp_path / "torn")
 
 
+def test_the_folder_of_another_command_is_refused(cli: Cli) -> None:
+    assert cli("explore", "agent=random", "loop.steps=5", "loop.episodes=1", "hydra.run.dir=lived").code == 0
+    answer = cli("dock", "env=small_room", "dock.requests=1", "hydra.run.dir=lived")
+    assert answer.code == 2 and "cannot go on with other settings" in answer.error
+    assert len(answer.error.strip().splitlines()) == 1
+
+
 @pytest.mark.parametrize(("words", "says"), [
     (("robot=ideal",), "robot=turtlebot2i"), (("dock.requests=0",), "dock.requests"), (("dock.request=3",), "requests"),
 ])

@@ -12,10 +12,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 from entry import Cli
+from omegaconf import OmegaConf
 
 from curionav_cli.config.bombs import refuse_bomb
+from curionav_cli.config.hostile import refuse_callables
 from curionav_cli.config.settings import read_settings
-from curionav_cli.errors import MapError, RunFolderError, SceneError, UserError
+from curionav_cli.errors import ConfigError, MapError, RunFolderError, SceneError, UserError
 from curionav_cli.files import read_arrays
 from curionav_cli.records import Episode, FloorPlan
 from curionav_cli.world.image_file import read_image
@@ -26,6 +28,7 @@ STOLEN = "@package _global_"
 BOMB = "a: &a [x, x, x, x, x, x, x, x, x]\n" + "".join(
     f"{chr(98 + n)}: &{chr(98 + n)} [{', '.join([f'*{chr(97 + n)}'] * 9)}]\n" for n in range(9))
 
+SUBMITIT = "hydra_plugins.hydra_submitit_launcher.submitit_launcher"
 CONFIGS = {
     "callbacks: {x: {_target_: os.mkdir, path: stolen}}": "hydra.callbacks: a config may not run code",
     "launcher: {_target_: os.mkdir}": "os.mkdir would be called",
@@ -35,6 +38,12 @@ CONFIGS = {
     "job_logging: {handlers: {file: {filename: stolen}}}": "a log stands in the run's folder",
     "job_logging: {handlers: {file: {filename: '${hydra.runtime.output_dir}/../stolen'}}}": "a log stands in the run's",
     "hydra_logging: {handlers: {x: {(): os.mkdir}}}": "os.mkdir would be called",
+    f"launcher: {{_target_: {SUBMITIT}.os.mkdir}}": "os.mkdir would be called",
+    "output_subdir: ../../stolen": "hydra.output_subdir: ../../stolen would be written outside",
+    "job: {name: ../stolen}": "hydra.job.name: ../stolen would be written outside",
+    "sweep: {subdir: ../../stolen}": "hydra.sweep.subdir: ../../stolen would be written outside",
+    "sweep: {subdir: '${question}'}": "hydra.sweep.subdir: ${question} would be written outside",
+    "{sweep: {subdir: '${hydra.job.override_dirname}'}, sweeper: {params: {question: ../../stolen}}}": "outside",
     "job: {env_set: {LD_PRELOAD: ./stolen.so}}": "hydra.job.env_set: a config may not",
 }
 
@@ -46,6 +55,15 @@ def test_a_config_names_nothing_that_is_called(cli: Cli, tmp_path: Path, line: s
     answer = cli("explore", "-cd", "own", "experiment=gift", "agent=random", "loop.steps=1", "loop.episodes=1", *words)
     assert answer.code == 2 and CONFIGS[line] in answer.error, answer.error
     assert not (tmp_path / "stolen").exists() and not (tmp_path / "outputs").exists()
+
+
+@pytest.mark.parametrize("target", [f"{SUBMITIT}.os.mkdir", f"{SUBMITIT}.SlurmLauncher"])
+def test_deep_in_a_launcher_nothing_is_called_either(target: str) -> None:
+    launcher = {"_target_": f"{SUBMITIT}.SlurmLauncher", "additional_parameters": {"x": {"_target_": target}}}
+    hydra = {"launcher": launcher, "sweeper": {}, "job": {"name": "explore"}, "output_subdir": ".hydra",
+             "sweep": {"subdir": "${hydra.job.num}"}}
+    with pytest.raises(ConfigError, match=r"hydra.launcher.additional_parameters.x._target_: .* would be called"):
+        refuse_callables(OmegaConf.create({"hydra": hydra}))
 
 
 @pytest.mark.parametrize("name", ["../elsewhere", "/tmp/elsewhere", "a/b", "..", ".hidden", "", "a\nb"])

@@ -158,7 +158,9 @@ def test_how_a_run_fails(told: Told, capsys: Captured, seed: int, code: int, lin
 @pytest.mark.parametrize("words", [["seed=16"], ["-m", "seed=1,16,2"]])
 def test_ctrl_c(told: Told, capsys: Captured, words: list[str]) -> None:
     assert go(told, *[word for word in words if word != "-m"], multirun="-m" in words) == INTERRUPTED
-    assert "curionav resume outputs" in capsys.readouterr().err
+    said = capsys.readouterr()
+    assert "curionav resume outputs" in said.err
+    assert ("not begun: 2: seed=2\n" in said.out) == ("-m" in words)
     assert len(told.calls) == 1, "the summary comes after an interruption too"
 
 

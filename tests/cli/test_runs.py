@@ -48,8 +48,15 @@ def test_every_run_the_newest_first(cli: Cli, outputs: Path) -> None:
     assert answer.code == 0, answer.error
     assert set(names(answer.out)) == {"old", "sweep/0", "sweep/1", "sweep/2"} and names(answer.out)[-1] == "old"
     line = next(line for line in answer.out.splitlines() if "day/old" in line)
-    assert line.split()[1:7] == ["done", "small_room", "random", "0", "3/3", "25.0%"] and "1 d 01 h" in line
+    assert line.split()[1:6] == ["1", "d", "01", "h", "done"], "by what it is sorted comes first"
+    assert line.split()[6] == "25.0%" and line.split()[-4:] == ["3/3", "small_room", "random", "0"]
     assert "outputs/day/sweep/0: the disk is full" in answer.out and "4 runs, 3." in answer.out
+
+
+def test_what_was_asked_for_is_shown_first(cli: Cli, outputs: Path) -> None:
+    out = cli("runs", "agent=random", "sort=size").out
+    heads = next(line for line in out.splitlines() if line.startswith(" run"))
+    assert heads.split()[:4] == ["run", "agent", "size", "state"]
 
 
 @pytest.mark.parametrize(("words", "expected"), [

@@ -74,3 +74,12 @@ def test_a_config_cannot_name_a_callable(cli: Cli, own: Path, tmp_path: Path) ->
     (own / "agent" / "stubborn.yaml").write_text(PRESET + "_target_: os.mkdir\n_args_: [stolen]\n")
     answer = cli("explore", "-cd", "own", "agent=stubborn")
     assert answer.code == 2 and not (tmp_path / "stolen").exists()
+
+
+def test_a_sweep_that_is_no_list_of_values(cli: Cli, own: Path) -> None:
+    (own / "experiment").mkdir(exist_ok=True)
+    (own / "experiment" / "odd.yaml").write_text(
+        "# @package _global_\nhydra:\n  mode: MULTIRUN\n  sweeper:\n    params:\n      seed: {a: b}\n")
+    answer = cli("explore", "-cd", str(own), "experiment=odd", "agent=random")
+    assert answer.code == 2 and "hydra.sweeper.params: each is a list of values" in answer.error
+    assert len(answer.error.strip().splitlines()) == 1

@@ -91,7 +91,8 @@ def test_a_second_process_is_refused_in_one_line(tmp_path: Path, forks: Forks) -
     run = RunFolder(tmp_path / "run")
     with run.alone():
         told = forks("explore", "agent=random", "loop.steps=5", "loop.episodes=1", f"hydra.run.dir={run.path}")
-    assert told.code == 2
+    assert told.code == 2 and not told.out
+    assert [path.name for path in run.path.iterdir()] == [".lock"], "nothing was written into the other's folder"
     assert told.error == f"{run.path} is lived by process {os.getpid()} on {os.uname().nodename}. " \
                          "Wait for it, or stop it.\n"
 

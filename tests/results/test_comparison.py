@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from curionav_cli.results import comparison_plots, estimates, tables
+from curionav_cli.results import comparison_plots, estimates, paper, tables
 from curionav_cli.results.comparison import compare, measures
 from curionav_cli.results.comparison_tables import arm_table, latex, pair_table
 from curionav_cli.results.coverage import Curve
@@ -61,6 +61,17 @@ def test_runs_of_different_length_meet_at_the_shortest_and_the_unfinished_stand_
     assert any("compared up to 20 steps" in line and "40" in line for line in said)
     assert any("fewer than 5 seeds" in line and "random in room (3)" in line for line in said)
     assert len(list(estimates.run_rows(result, []))) == 6
+
+
+def test_the_papers_claim_is_told_against_each_cbet_and_which_is_the_best():
+    lives = [life for agent, starts in {"lbs_dreamer": [4, 5, 6], "cbet": [5, 6, 7], "cbet_lifelong": [1, 1, 2]}.items()
+             for life in some(agent, starts, env="apartment_0")]
+    told = {number.what: number.ours for number in paper.coverage(compare(lives))}
+    area = ", apartment_0: area under the curve"
+    assert told[f"lbs_dreamer minus cbet{area}"].startswith("+0.04")
+    assert told[f"lbs_dreamer minus cbet_lifelong, the best C-BET of 2{area}"].startswith("-0.14")
+    assert {env for env in paper.SIZES if told.get(f"coverage, {env}") == "no run was given"} == {
+        "apartment_1", "apartment_2", "small_room", "large_lab"}
 
 
 def test_where_no_run_is_finished_the_shortest_counts():
@@ -174,6 +185,13 @@ def test_no_two_arms_look_alike_and_an_agent_keeps_its_look():
     look = looks(arms)
     assert len({str(one.dashes) for one in look.values()}) == len({one.color for one in look.values()}) == 9
     assert looks({"random": "random"})["random"] == look["random"]
+
+
+def test_a_variant_has_the_same_look_in_every_figure():
+    two = looks({"cbet view=pano": "cbet", "cbet view=ego": "cbet"})
+    many = looks({f"cbet reward={name}": "cbet" for name in ("count", "rnd", "cbet view=ego", "cbet view=pano")})
+    assert two["cbet view=pano"] == many["cbet reward=cbet view=pano"] == looks({"cbet": "cbet"})["cbet"]
+    assert two["cbet view=ego"] == many["cbet reward=cbet view=ego"] and len(set(many.values())) == 4
 
 
 def test_as_many_environments_as_there_are_have_a_panel_and_one_is_over_all():

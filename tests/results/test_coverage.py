@@ -20,6 +20,13 @@ def test_landing_counts_the_cells_where_steps_end(a_plan):
     assert coverage.share == pytest.approx(3 / coverage.total)
 
 
+def test_a_cell_reaches_up_to_its_border_and_no_further(a_plan):
+    plan = a_plan(rows=4, columns=6, cell=0.05)
+    coverage = Coverage(plan)
+    coverage.add(walk((0.0999, 0.0999), (0.1001, 0.0999), (0.0999, 0.1001)))
+    assert np.argwhere(coverage.visits).tolist() == [[1, 1], [1, 2], [2, 1]]
+
+
 def test_swept_adds_the_cells_between_and_footprint_those_under_the_robot(a_plan):
     plan = a_plan(rows=4, columns=6, cell=0.1, radius=0.11)
     pose = walk((0.15, 0.15), (0.35, 0.15))

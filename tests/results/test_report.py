@@ -78,8 +78,8 @@ def browser() -> Iterator[Any]:
         opened.close()
 
 
-@pytest.mark.browser
-def test_in_a_browser_it_is_quiet_sortable_and_narrow(page: Path, browser: Any) -> None:
+def opened(browser: Any, page: Path) -> tuple[Any, list[str], list[str]]:
+    """The page as a phone shows it, what its console said, and what it asked for."""
     shown = browser.new_page(viewport={"width": 390, "height": 844})
     said: list[str] = []
     asked: list[str] = []
@@ -87,7 +87,28 @@ def test_in_a_browser_it_is_quiet_sortable_and_narrow(page: Path, browser: Any) 
     shown.on("pageerror", lambda error: said.append(str(error)))
     shown.on("request", lambda request: asked.append(request.url))
     shown.goto(page.as_uri())
-    shown.wait_for_function("document.querySelector('video').readyState > 0 && document.images[0].complete")
+    shown.wait_for_function("document.querySelector('video').readyState > 0"
+                            " && [...document.images].every(image => image.complete)")
+    return shown, said, asked
+
+
+@pytest.mark.browser
+def test_the_page_that_compare_wrote_of_the_comparison_in_docs(browser: Any) -> None:
+    page = Path(__file__).parents[2] / "docs" / "comparison" / "report.html"
+    shown, said, asked = opened(browser, page)
+    assert shown.evaluate("document.documentElement.scrollWidth") == 390
+    assert shown.evaluate("Math.min(...[...document.images].map(image => image.naturalWidth))") > 500
+    tables = shown.evaluate("[...document.querySelectorAll('table')].map(table => table.id)")
+    assert {"arms", "pairs", "runs"} <= set(tables)
+    shown.locator("#runs").get_by_role("button", name="area").click()
+    areas = shown.evaluate("[...document.querySelectorAll('#runs tbody tr')].map(row => row.cells[5].dataset.value)")
+    assert len(areas) == 80 and [float(area) for area in areas] == sorted(float(area) for area in areas)
+    assert not said and [url for url in asked if not url.startswith("data:")] == [page.as_uri()]
+
+
+@pytest.mark.browser
+def test_in_a_browser_it_is_quiet_sortable_and_narrow(page: Path, browser: Any) -> None:
+    shown, said, asked = opened(browser, page)
     assert shown.evaluate("[document.images[0].naturalWidth, document.querySelector('video').videoWidth]") == [900, 64]
     assert shown.evaluate("document.documentElement.scrollWidth") == 390
     order = "[...document.querySelectorAll('#arms tbody tr')].map(row => row.cells[0].innerText).join('')"

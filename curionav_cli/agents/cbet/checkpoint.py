@@ -4,8 +4,8 @@
     training.safetensors    RMSprop's moments as 'optimiser/parameter/moment'
     memory.safetensors      count tables as 'counts/name/table/...', the cells each environment has seen, and the
                             unrolls that wait for an update as 'waiting/...'
-    memory.json             updates, the states of the random streams of count resets, and what projections are
-                            drawn from
+    memory.json             updates, the states of the random streams of count resets, what projections are
+                            drawn from, and what the alarm has counted
 """
 
 from __future__ import annotations
@@ -53,7 +53,8 @@ def save_memory(learner: Learner, waiting: Waiting, seen: np.ndarray, folder: Pa
         arrays[f"waiting/{field}"] = np.stack(parts)
     write_tensors(folder / MEMORY, {name: torch.from_numpy(array) for name, array in arrays.items()})
     dice = [stream.bit_generator.state for stream in reward.dice]
-    numbers = {"updates": learner.updates, "numbers": reward.numbers, "dice": dice}
+    numbers = {"updates": learner.updates, "numbers": reward.numbers, "dice": dice,
+               "alarm": reward.alarm.state()}
     write_whole(folder / NUMBERS, lambda file: file.write(json.dumps(numbers).encode()))
 
 
@@ -64,6 +65,7 @@ def load_memory(learner: Learner, folder: Path) -> tuple[Waiting, np.ndarray]:
         raise RunFolderError(f"{folder / NUMBERS} was written by a run of another seed, whose keys are others. "
                              "Use the seed of that run.")
     learner.updates = numbers["updates"]
+    learner.reward.alarm.load_state(numbers.get("alarm", learner.reward.alarm.state()))  # older ones have none
     for stream, state in zip(learner.reward.dice, numbers["dice"], strict=True):
         stream.bit_generator.state = state
     for name, counts in learner.reward.counts.items():

@@ -34,6 +34,10 @@ class Life:
         """(N,) the frame that each transition leads to."""
         return np.append(np.arange(1, len(self)), 0)
 
+    def poses(self) -> int:
+        """How many different poses were reached, without the respawn's."""
+        return len(np.unique(self.episode.pose[1:-1], axis=0))
+
     @property
     def kind(self) -> np.ndarray:
         """(N,) TURNED, MOVED (the position changed) or BLOCKED, by what the robot did."""

@@ -1,5 +1,6 @@
 """Counting, forgetting and C-BET's reward against what can be said without them."""
 
+import json
 from collections import Counter
 
 import numpy as np
@@ -104,12 +105,16 @@ def test_in_the_room_a_turn_is_soon_worth_little_and_a_move_half_a_point(tiny, s
 
 
 def test_the_alarm_rings_once_when_it_knows_enough():
-    alarm = Alarm()
+    alarm = Alarm(0.5)
     alarm.look(1999, 1999, np.full(1999, 0.5))
     with (pytest.warns(UserWarning, match=r"degenerate: 100\.0% of the poses .* agent.key=grey_16"),
           pytest.warns(UserWarning, match=r"ceiling: 0\.500 of 0\.5")):
         alarm.look(1, 1, np.full(1, 0.5))
     alarm.look(1, 1, np.full(1, 0.5))
-    quiet = Alarm()
+    quiet = Alarm(0.5)
     quiet.look(3000, 2800, np.full(3000, 0.47))
     assert not quiet.rung
+    restored = Alarm(0.5)
+    restored.load_state(json.loads(json.dumps(alarm.state())))
+    restored.look(5000, 5000, np.full(5000, 0.5))
+    assert restored.state() != alarm.state() and restored.rung == alarm.rung, "not once more after a resume"

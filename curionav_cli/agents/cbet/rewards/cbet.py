@@ -17,6 +17,8 @@ from curionav_cli.agents.cbet.views import Ego, Panorama
 from curionav_cli.agents.keys import ChangeKeys, StateKeys
 from curionav_cli.config.cbet_schema import Difference, Reset, Tables, View
 
+CEILING = 0.5  # of a step whose picture and change are both new
+
 
 class CBET(Reward):
     """view: of which the change is taken."""
@@ -32,7 +34,7 @@ class CBET(Reward):
         tables = 1 if hyper.tables is Tables.shared else hyper.environments
         self.counts = {"states": Counts(tables), "changes": Counts(tables)}
         self.dice = [np.random.default_rng([kit.numbers, e + 1]) for e in range(hyper.environments)]
-        self.alarm = Alarm()
+        self.alarm = Alarm(CEILING)
 
     def lived(self, life: Life) -> tuple[np.ndarray, dict[str, float]]:
         states = self.state_keys(life.episode.image[life.reached])
@@ -49,11 +51,11 @@ class CBET(Reward):
             for counts in self.counts.values():
                 counts.clear(life.environment)
         bonus = np.append(1 / met[:last].sum(axis=1), np.zeros(len(life) - last))
-        poses = len(np.unique(life.episode.pose[1:-1], axis=0))
-        self.alarm.look(poses, len(set(states[:-1])), bonus)
+        poses, keys = life.poses(), len(set(states[:-1]))
+        self.alarm.look(poses, keys, bonus)
         return bonus, {
             "unique_states": len(set(states)) / len(life), "unique_changes": len(set(changes)) / len(life),
-            "unique_of_new_poses": len(set(states[:-1])) / max(1, poses),
+            "unique_of_new_poses": keys / max(1, poses),
             "count_of_state": met[:last, 0].mean(), "count_of_change": met[:last, 1].mean(),
         }
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from torch import nn
 
+from curionav_cli.agents.cbet.alarm import Alarm
 from curionav_cli.agents.cbet.counts import Counts
 from curionav_cli.agents.cbet.life import Life
 from curionav_cli.agents.cbet.rewards.reward import Kit, Reward
@@ -19,8 +20,12 @@ class Count(Reward):
         rng = np.random.default_rng(kit.numbers)
         self.state_keys = StateKeys(kit.hyper.key.value, kit.hyper.key_bits, rng)
         self.counts = {"states": Counts(kit.hyper.environments)}
+        self.alarm = Alarm(1.0)
 
     def lived(self, life: Life) -> tuple[np.ndarray, dict[str, float]]:
         keys = self.state_keys(life.episode.image[life.reached])
         met = np.array([self.counts["states"].add(life.environment, key) for key in keys])
-        return met**-0.5, {"unique_states": len(set(keys)) / len(keys), "count_of_state": met.mean()}
+        bonus, poses, unique = met**-0.5, life.poses(), len(set(keys[:-1]))
+        self.alarm.look(poses, unique, bonus)
+        return bonus, {"unique_states": len(set(keys)) / len(keys), "unique_of_new_poses": unique / max(1, poses),
+                       "count_of_state": met.mean()}

@@ -8,12 +8,14 @@ A reward has its own tables, random streams and networks; a factor that it does 
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
 import torch
 from torch import Tensor, nn
 
+from curionav_cli.agents.cbet.alarm import Alarm
 from curionav_cli.agents.cbet.counts import Counts
 from curionav_cli.agents.cbet.life import Life
 from curionav_cli.agents.cbet.unrolls import Batch
@@ -36,13 +38,14 @@ class Reward:
     """A reward of one everywhere; the others override what they need.
 
     counts: tables by name. dice: one random stream an environment, if there is something to draw. numbers: what
-    else was drawn at the start, such as projections, is a function of this.
+    else was drawn at the start, such as projections, is a function of this. alarm: what watches the counts.
     """
 
     def __init__(self, kit: Kit, networks: nn.ModuleDict):
         self.hyper, self.networks, self.numbers = kit.hyper, networks, kit.numbers
         self.counts: dict[str, Counts] = {}
         self.dice: list[np.random.Generator] = []
+        self.alarm = Alarm(math.inf)
 
     @staticmethod
     def build(hyper: cbet_schema.CBET) -> nn.ModuleDict:

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 import torch
 from torch import Tensor, nn
 
+from curionav_cli.agents.cbet.alarm import Alarm
 from curionav_cli.agents.cbet.life import Life
 from curionav_cli.agents.cbet.rewards.count import Count
 from curionav_cli.agents.cbet.rewards.icm import ICM
@@ -19,6 +22,7 @@ class RIDE(ICM):
         super().__init__(kit, networks)
         self.count = Count(kit, nn.ModuleDict())
         self.counts = self.count.counts
+        self.alarm = self.count.alarm = Alarm(math.inf)  # the other factor has no ceiling
 
     def lived(self, life: Life) -> tuple[np.ndarray, dict[str, float]]:
         bonus, watch = self.count.lived(life)
