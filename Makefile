@@ -58,7 +58,7 @@ TABLES = table-hyperparameters table-sizes table-docking
 help:
 	@echo "make explore   set up, then watch LBS Dreamer explore a room, beside random and bounce"
 	@echo "make controls  does surprise beat its controls? hours; SCALE=smoke: minutes, to see that it works"
-	@echo "make figures   every figure and table of the paper: SCALE=smoke minutes, cpu days, paper weeks on a GPU"
+	@echo "make figures   every figure and table of the paper: SCALE=smoke minutes, cpu hours, paper weeks on a GPU"
 	@echo "               one of them: make $(FIGURES) $(TABLES)"
 	@echo "make comparison  ours, C-BET and the baselines: SCALE=cpu, five seeds, hours"
 	@echo "make test      set up, then run the tests, two files at a time (WORKERS=4: four)"
@@ -88,14 +88,14 @@ controls: $(READY)
 
 figures: cost $(FIGURES) $(TABLES) paper-vs-ours
 
-# Disk: about 6 kB a step. Time at scale=cpu: 25 CPU-seconds an episode of a learner and 2 of robot=turtlebot2i.
+# Disk: about 6 kB a step. Time at scale=cpu: 17 CPU-seconds an episode of ours, 0.4 of C-BET, 2 of robot=turtlebot2i.
 cost:
 ifeq ($(SCALE),paper)
-	@echo "SCALE=paper lives 15 x 2 M steps of ours, 15 x 5 M of C-BET and 1.6 M of the robot: 106.6 M steps in 213 200"
-	@echo "episodes. Disk: about 640 GB in $(FIG). Time: 3 ms a step is 90 hours of acting on one core, and"
-	@echo "the 6.3 M updates of ours take as long as the GPU does (benchmarks/RESULTS.md): at 0.1 s each 175 hours."
+	@echo "SCALE=paper lives 15 x 2 M steps of ours, 45 x 5 M of the three C-BETs and 1.6 M of the robot: 256.6 M steps in"
+	@echo "513 200 episodes. Disk: about 1.5 TB in $(FIG). Time, by benchmarks/RESULTS.md: 360 core-hours of C-BET,"
+	@echo "56 of acting of ours, and 6.3 M updates of ours, for which that page has no GPU's time: at 0.1 s each 175 hours."
 else ifeq ($(SCALE),cpu)
-	@echo "SCALE=cpu lives 33 runs of 100 episodes, 1.65 M steps. Disk: about 10 GB in $(FIG). Time: some 20 hours"
+	@echo "SCALE=cpu lives 63 runs of 100 episodes, 3.15 M steps. Disk: about 19 GB in $(FIG). Time: some seven hours"
 	@echo "on two cores. Any of the targets can be made alone, and Ctrl-C loses nothing but the running episode."
 endif
 
