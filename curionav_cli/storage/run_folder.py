@@ -231,7 +231,7 @@ class RunFolder:
         for index, name in enumerate(self.episode_names()):
             if name != self.episode_path(index).name:
                 raise RunFolderError(f"{self.episode_path(index)} is missing, and {name} is there. "
-                                     "Restore it from a copy.")
+                                     f"Restore it from a copy, or name what is left: data={self.path / 'episodes'}")
 
     def rewind(self, episodes: int) -> None:
         """Forget what came after the first `episodes` episodes. Raises RunFolderError if one is missing."""
