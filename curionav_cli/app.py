@@ -80,7 +80,7 @@ def command_with_settings(name: str, about: str) -> None:
 
         module = importlib.import_module(f"curionav_cli.commands.{name}")
         raise typer.Exit(module.run(
-            Request(name, overrides or [], multirun, cfg, package, resolve, info, config_dir)))
+            Request(name, overrides or [], multirun, cfg, package, resolve, info, (config_dir,) if config_dir else ())))
 
 
 command_with_settings("explore", "Let an agent live in a world and draw what it covered.")

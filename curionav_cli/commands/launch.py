@@ -38,7 +38,7 @@ class Request:
     package: str | None = None
     resolve: bool = False
     info: str | None = None
-    config_dir: Path | None = None
+    config_dirs: tuple[Path, ...] = ()
     spare_failed: bool = False
 
 
@@ -70,7 +70,7 @@ def launch(request: Request, work: Work, summary: Summary, check: Check | None =
     summary(folder, outcomes): the last lines; called after failures and interruptions too.
     """
     shows = request.cfg or request.info
-    with opened(request.command, request.config_dir) as hydra, stoppable():
+    with opened(request.command, *request.config_dirs) as hydra, stoppable():
         todo = plan(hydra, request.overrides, request.multirun, None if shows else check)
         if request.info:
             hydra_launch.show_info(hydra, todo, request.info)

@@ -101,7 +101,7 @@ def again(note: Path, folder: Path, changes: list[str], multirun: bool, failed: 
     words = [word for word in overrides["task"] if word.partition("=")[0] not in keys]
     hydra = [word for word in overrides["hydra"] if word.partition("=")[0] not in PINNED]
     request = Request(command, [*words, *changes, *hydra, pin(str(folder), multirun)], multirun,
-                      config_dir=own[0] if own else None, spare_failed=not failed)
+                      config_dirs=tuple(own), spare_failed=not failed)
     with chdir(where if where.is_dir() else folder):
         return module.run(request)
 

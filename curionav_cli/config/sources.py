@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import logging
 import os
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import fields, is_dataclass
 from pathlib import Path
@@ -54,13 +54,13 @@ def conf_dir() -> Path:
 
 
 @contextmanager
-def opened(command: str, config_dir: Path | None = None) -> Iterator[Hydra]:
+def opened(command: str, *config_dirs: Path | None) -> Iterator[Hydra]:
     """Hydra on our search path; `command` names the job and its log.
 
     Puts back the handlers of the root logger, which Hydra replaces by a file in the run folder.
     Raises ConfigError where a directory of the user does not exist.
     """
-    register(user_directories(config_dir))
+    register(user_directories(config_dirs))
     root = logging.getLogger()
     handlers, level = list(root.handlers), root.level
     try:
@@ -75,9 +75,9 @@ def opened(command: str, config_dir: Path | None = None) -> Iterator[Hydra]:
         root.setLevel(level)
 
 
-def user_directories(config_dir: Path | None) -> list[Path]:
+def user_directories(config_dirs: Iterable[Path | None]) -> list[Path]:
     """The user's own config directories, the first one ranks highest."""
-    named = [("--config-dir", config_dir)] if config_dir else []
+    named = [("--config-dir", path) for path in config_dirs if path]
     for part in os.environ.get("CURIONAV_CONFIG_PATH", "").split(os.pathsep):
         if part:
             named.append(("CURIONAV_CONFIG_PATH", Path(part)))
@@ -91,7 +91,7 @@ def user_directories(config_dir: Path | None) -> list[Path]:
             continue  # answered by Hydra, if the file is chosen
         except (OSError, ValueError) as error:
             raise ConfigError(f"{file} cannot be used: {error}.") from error
-    return [path.resolve() for _, path in named]
+    return list(dict.fromkeys(path.resolve() for _, path in named))
 
 
 class UserDirectories(SearchPathPlugin):

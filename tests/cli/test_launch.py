@@ -183,7 +183,7 @@ def test_an_experiment_may_hold_its_own_sweep(told: Told, tmp_path: Path) -> Non
     (tmp_path / "own" / "experiment").mkdir(parents=True)
     (tmp_path / "own" / "experiment" / "two.yaml").write_text(
         "# @package _global_\nhydra:\n  mode: MULTIRUN\n  sweeper:\n    params:\n      seed: 1,2\n")
-    request = Request("explore", ["agent=random", "experiment=two"], config_dir=Path("own"))
+    request = Request("explore", ["agent=random", "experiment=two"], config_dirs=(Path("own"),))
     assert launch(request, standin.live, told) == 0
     assert [outcome.result["seed"] for outcome in told.calls[0][1]] == [1, 2]
 
@@ -192,7 +192,7 @@ def test_a_users_directory_reaches_the_workers(told: Told, tmp_path: Path) -> No
     (tmp_path / "own" / "agent").mkdir(parents=True)
     (tmp_path / "own" / "agent" / "stubborn.yaml").write_text("defaults:\n  - sticky\n\nname: sticky\n")
     words = ["agent=stubborn", "seed=1,2", "launcher=cores"]
-    request = Request("explore", words, multirun=True, config_dir=Path("own"))
+    request = Request("explore", words, multirun=True, config_dirs=(Path("own"),))
     assert launch(request, standin.live, told) == 0
     assert all("sticky" in outcome.folder.name for outcome in told.calls[0][1])
 

@@ -83,3 +83,16 @@ def test_a_sweep_that_is_no_list_of_values(cli: Cli, own: Path) -> None:
     answer = cli("explore", "-cd", str(own), "experiment=odd", "agent=random")
     assert answer.code == 2 and "hydra.sweeper.params: each is a list of values" in answer.error
     assert len(answer.error.strip().splitlines()) == 1
+
+
+def test_a_sweep_is_resumed_with_all_directories_that_it_began_with(
+        cli: Cli, own: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (own.parent / "other" / "experiment").mkdir(parents=True)
+    (own.parent / "other" / "experiment" / "two.yaml").write_text(
+        "# @package _global_\ndefaults:\n  - override /agent: stubborn\nloop: {steps: 5, episodes: 1}\n")
+    monkeypatch.setenv("CURIONAV_CONFIG_PATH", str(own))
+    words = ("-m", "-cd", "other", "experiment=two", "seed=0,1", "hydra.sweep.dir=sweep")
+    assert cli("explore", *words).code == 0
+    monkeypatch.delenv("CURIONAV_CONFIG_PATH")
+    answer = cli("resume", "sweep", "loop.episodes=2")
+    assert answer.code == 0, answer.error
