@@ -17,6 +17,7 @@ SMOKE = 'seed=range(2)' loop.episodes=2 loop.steps=60 loop.iterations=4
 ROOM = env=small_room $(if $(filter smoke,$(SCALE)),$(SMOKE),'seed=range(5)' loop.episodes=60)
 FLAT = env=apartment_0 $(if $(filter smoke,$(SCALE)),$(SMOKE),'seed=range(5)' loop.episodes=100)
 WANDERERS = agent=random,sticky,bounce,frontier
+QUESTION = experiment=curiosity_controls
 
 
 # make figures: every figure and table of the paper. Each line that it prints can be typed as it stands, and goes on
@@ -81,9 +82,10 @@ explore: $(READY)
 
 controls: $(READY)
 	$(SWEEP) $(ROOM) $(WANDERERS) hydra.sweep.dir=$(CONTROLS)/room_wanderers
-	$(SWEEP) $(ROOM) experiment=curiosity_controls hydra.sweep.dir=$(CONTROLS)/room_learners
 	$(SWEEP) $(FLAT) $(WANDERERS) hydra.sweep.dir=$(CONTROLS)/flat_wanderers
-	$(SWEEP) $(FLAT) experiment=curiosity_controls agent.curiosity=lbs,picture_count,shuffled hydra.sweep.dir=$(CONTROLS)/flat_learners
+	$(SWEEP) $(ROOM) $(QUESTION) hydra.sweep.dir=$(CONTROLS)/room_learners
+	$(SWEEP) $(FLAT) $(QUESTION) hydra.sweep.dir=$(CONTROLS)/flat_learners
+	$(SWEEP) $(ROOM) $(QUESTION) agent.curiosity=none,count,disagreement,rnd hydra.sweep.dir=$(CONTROLS)/room_others
 	.venv/bin/curionav compare $(CONTROLS)/room_* $(CONTROLS)/flat_* out=$(CONTROLS)/compare
 
 figures: cost $(FIGURES) $(TABLES) paper-vs-ours

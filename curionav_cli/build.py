@@ -72,10 +72,11 @@ def check_lengths(settings: Config) -> None:
     steps, why = settings.loop.steps, ""
     if isinstance(settings.robot, Turtlebot) and settings.robot.steps < steps:
         steps, why = settings.robot.steps, ", as long as robot.battery lasts"
-    length = getattr(settings.agent, "sequence_length", 0)
-    if settings.loop.iterations and length > steps + 1:
-        raise ConfigError(f"agent.sequence_length={length} does not fit into an episode of {steps} steps{why}. "
-                          f"Set loop.steps={length - 1} or more, or a shorter agent.sequence_length.")
+    length, repeat = getattr(settings.agent, "sequence_length", 0), getattr(settings.agent, "action_repeat", 1)
+    if settings.loop.iterations and length > steps // repeat + 1:
+        held = f" whose actions are held for {repeat}" if repeat > 1 else ""
+        raise ConfigError(f"agent.sequence_length={length} does not fit into an episode of {steps} steps{why}{held}. "
+                          f"Set loop.steps={(length - 1) * repeat} or more, or a shorter agent.sequence_length.")
     unroll = getattr(settings.agent, "unroll", 1)
     if settings.loop.iterations and steps % unroll:
         raise ConfigError(f"agent.unroll={unroll} does not divide an episode of {steps} steps{why}. "

@@ -8,7 +8,7 @@ of its image); yaw is counter-clockwise from +x in radians. Cell (row, column) c
 from __future__ import annotations
 
 import json
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -95,6 +95,20 @@ class Episode:
     def __len__(self) -> int:
         return len(self.action)
 
+    def every(self, repeat: int) -> Episode:
+        """As one saw it who acts on every `repeat`-th frame and holds that action until the next; a rest is cut off.
+
+        Raises RunFolderError where an action was not held.
+        """
+        if repeat == 1:
+            return self
+        action = held(self.action, repeat)
+        lived = len(action) * repeat
+        seen = slice(0, lived + 1, repeat)
+        estimate = None if self.estimate is None else self.estimate[seen]
+        return replace(self, image=self.image[seen].copy(), action=action, pose=self.pose[seen], estimate=estimate,
+                       collided=np.any(self.collided[:lived].reshape(-1, repeat), axis=1))
+
     def save(self, path: Path) -> None:
         arrays = {"image": self.image, "action": self.action, "pose": self.pose, "collided": self.collided,
                   "events": np.array(json.dumps(self.events))}
@@ -116,6 +130,15 @@ class Episode:
             raise RunFolderError(f"{path} holds no episode: its images are {image.dtype} {image.shape}, "
                                  f"for {len(action)} actions that should be 0, 1 or 2.")
         return cls(**arrays, events=events, dock=dock)
+
+
+def held(action: np.ndarray, repeat: int, what: object = "an episode") -> np.ndarray:
+    """Actions (T,) of which each was held for `repeat` steps: (T // repeat,). Raises RunFolderError for others."""
+    turns = action[:len(action) // repeat * repeat].reshape(-1, repeat)
+    if (turns != turns[:, :1]).any():
+        raise RunFolderError(f"{what} was lived by one who did not hold its actions for {repeat} steps, as "
+                             f"agent.action_repeat={repeat} needs them. Set agent.action_repeat=1.")
+    return turns[:, 0]
 
 
 @dataclass(frozen=True)
@@ -171,7 +194,8 @@ class Foresight:
     W windows, drawn at F steps: step (F,) int64 counts from the last frame that the agent saw, so that 0 and
     less were seen and more were predicted; frame (W, F) int64, the frames of the episode that they stand for;
     image (W, F, 64, 64, 3) uint8, the agent's. error and repeat (N, H) float32: mean squared errors in units of
-    [0, 1] after 1 to H steps of N windows evenly spread, the agent's and that of repeating the last seen frame.
+    [0, 1] after `every` to H * every steps of N windows evenly spread, the agent's and that of repeating the last
+    seen frame; every: steps for which it holds an action, so that it predicts no frame in between.
     """
 
     step: np.ndarray
@@ -180,21 +204,24 @@ class Foresight:
     error: np.ndarray
     repeat: np.ndarray
     surprise: Surprise
+    every: int = 1
 
     def metrics(self) -> dict[str, float]:
-        """The mean errors after 1, 5 and 15 steps, as far as the prediction went."""
+        """The mean errors after 1, 5 and 15 actions, as far as the prediction went."""
         return {f"{name}_mse_{steps}": float(error[:, steps - 1].mean(dtype=np.float64))
                 for name, error in (("open_loop", self.error), ("repeat", self.repeat))
                 for steps in (1, 5, 15) if steps <= error.shape[1]}
 
     def save(self, path: Path) -> None:
-        own = {key: value for key, value in vars(self).items() if key != "surprise"}
+        own = {key: np.asarray(value) for key, value in vars(self).items() if key != "surprise"}
         write_arrays(path, own | {f"surprise_{key}": value for key, value in vars(self.surprise).items()})
 
     @classmethod
     def load(cls, path: Path) -> Foresight:
         """Raises RunFolderError where the file is broken."""
-        return cls(**read_arrays(path, ("step", "frame", "image", "error", "repeat")), surprise=cls.load_surprise(path))
+        own = read_arrays(path, ("step", "frame", "image", "error", "repeat"), ("every",))
+        every = int(own.pop("every", np.array(1)))
+        return cls(**own, surprise=cls.load_surprise(path), every=every)
 
     @staticmethod
     def load_surprise(path: Path) -> Surprise:

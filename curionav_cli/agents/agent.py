@@ -33,10 +33,12 @@ class Agent(ABC):
 
     learns: whether `learn` does anything (the loop keeps no replay in memory otherwise).
     on_policy: it learns from what it has just lived and from nothing else, so not from stored episodes.
+    every: steps for which it holds an action; the replay keeps the frames that it acts on.
     """
 
     learns = False
     on_policy = False
+    every = 1
     device: Any = "cpu"  # where it computes
 
     def __init__(self, seed: int):

@@ -83,7 +83,8 @@ class Exploration:
         run, loop, label = self.run, self.settings.loop, f"{self.settings.agent.name} seed {self.settings.seed}"
         coverage = cover(run.plan, run.poses())
         stored = run.episode_paths() if agent.learns and not self.remote else []
-        with closing(Replay.open(stored, memory=loop.replay_memory * 1e9, folder=run.path)) as replay, \
+        memory = loop.replay_memory * 1e9
+        with closing(Replay.open(stored, memory=memory, folder=run.path, every=agent.every)) as replay, \
                 closing(LOGGERS[self.settings.logger.value](run)) as logger, \
                 closing(line(label, first, loop.episodes)) as shown:
             env = self.env(first)

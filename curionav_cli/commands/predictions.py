@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
+import numpy as np
 from rich.box import SIMPLE
 from rich.table import Table
 
@@ -64,8 +65,9 @@ def line(run: Run) -> str | None:
     errors: Errors | None = foreseen.errors(run)
     if errors is None:
         return None
-    steps = [n for n in (1, 5, 15) if n <= errors.predicted.shape[1]]
-    ours, still = zip(*(errors.after(n) for n in steps))
+    actions = [n for n in (1, 5, 15) if n <= errors.predicted.shape[1]]
+    ours, still = zip(*(errors.after(n) for n in actions))
+    steps = errors.steps[np.array(actions) - 1]
     return (f"{run.label}: open-loop error after {numbers(steps, '{}')} steps {numbers(ours, '{:.4f}')}, "
             f"of the repeated last frame {numbers(still, '{:.4f}')}, over the newest {len(errors.predicted)} episodes")
 
@@ -92,5 +94,5 @@ def written(cell: str | float | None) -> str:
     return "-" if cell is None else f"{cell:.2f}" if isinstance(cell, float) else str(cell)
 
 
-def numbers(values: Sequence[float], form: str) -> str:
+def numbers(values: Sequence[float] | np.ndarray, form: str) -> str:
     return ", ".join(form.format(value) for value in values)

@@ -52,7 +52,7 @@ class Service(Exploration):
         with ExitStack() as stack:
             ledger = stack.enter_context(closing(Ledger(run.path / "ledger.sqlite")))
             replay = stack.enter_context(closing(Replay.open(
-                run.episode_paths(), memory=loop.replay_memory * 1e9, folder=run.path)))
+                run.episode_paths(), memory=loop.replay_memory * 1e9, folder=run.path, every=agent.every)))
             logger = stack.enter_context(closing(LOGGERS[self.settings.logger.value](run)))
             recorder = Recorder(run, None, agent, replay, self.fixed, logger, cover(run.plan, run.poses()),
                                 Serving(first))

@@ -80,7 +80,7 @@ class Training:
         """From iteration `first` to the last."""
         run, label = self.run, f"{self.settings.agent.name} seed {self.settings.seed}"
         stored, memory = [self.data / name for name in self.fixed["episodes"]], self.settings.loop.replay_memory * 1e9
-        with closing(Replay.open(stored, memory=memory, folder=run.path)) as replay, \
+        with closing(Replay.open(stored, memory=memory, folder=run.path, every=agent.every)) as replay, \
                 closing(LOGGERS[self.settings.logger.value](run)) as logger, \
                 closing(line(label, first, self.total)) as shown:
             study = Study(run, agent, replay, self.fixed, logger, Studying(shown))
@@ -117,10 +117,11 @@ def check(settings: Config) -> None:
         why = "learns only from what it has just lived" if agent.learns else "does not learn"
         raise ConfigError(f"agent={settings.agent.name} {why}, so stored episodes cannot train it. "
                           "They can train agent=lbs_dreamer.")
-    length, steps = getattr(settings.agent, "sequence_length", 0), episodes.longest(data, names)
-    if length > steps + 1:
+    length, most = getattr(settings.agent, "sequence_length", 0), episodes.longest(data, names, agent.every)
+    if length > most + 1:
+        held = f" held for {agent.every} steps" if agent.every > 1 else ""
         raise ConfigError(f"agent.sequence_length={length} does not fit into the longest episode of {data}, "
-                          f"{steps} steps. Set agent.sequence_length={steps + 1} or less.")
+                          f"{most} actions{held}. Set agent.sequence_length={most + 1} or less.")
 
 
 def check_server(settings: Config) -> None:

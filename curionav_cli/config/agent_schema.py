@@ -99,6 +99,7 @@ class LBSDreamer:
     weight_decay: float
     clip: float
     # Not in the table
+    action_repeat: int  # steps for which an action is held; the model sees the frames that are acted on
     rssm_hidden: int
     encoder_channels: list[int]
     encoder_kernels: list[int]
@@ -118,7 +119,7 @@ class LBSDreamer:
         at_least = {0: ("free_nats", "model_lr", "actor_lr", "critic_lr", "entropy", "adam_epsilon",
                         "curiosity_burn_in"),
                     1: ("batch_size", "latent_dimension", "gru_units", "slow_critic_interval", "mlp_layers",
-                        "mlp_units", "rssm_hidden", "behaviour_interval", "imagination_starts"),
+                        "mlp_units", "action_repeat", "rssm_hidden", "behaviour_interval", "imagination_starts"),
                     2: ("sequence_length", "latent_classes", "horizon")}
         for least, keys in at_least.items():
             for key in keys:

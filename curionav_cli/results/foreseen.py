@@ -37,13 +37,22 @@ class Strip(NamedTuple):
 
 
 class Errors(NamedTuple):
-    """Mean squared errors in units of [0, 1] after 1 to H steps, one row an episode or a run: (N, H) each."""
+    """Mean squared errors in units of [0, 1] after 1 to H actions, one row an episode or a run: (N, H) each.
+
+    every: steps for which an action is held.
+    """
 
     predicted: np.ndarray
     repeated: np.ndarray
+    every: int
 
-    def after(self, steps: int) -> tuple[float, float]:
-        return float(self.predicted[:, steps - 1].mean()), float(self.repeated[:, steps - 1].mean())
+    @property
+    def steps(self) -> np.ndarray:
+        """The robot's, after which each of the H was measured."""
+        return np.arange(1, self.predicted.shape[1] + 1) * self.every
+
+    def after(self, actions: int) -> tuple[float, float]:
+        return float(self.predicted[:, actions - 1].mean()), float(self.repeated[:, actions - 1].mean())
 
 
 def newest(run: Run, most: int = NEWEST) -> dict[int, Foresight]:
@@ -61,13 +70,15 @@ def newest(run: Run, most: int = NEWEST) -> dict[int, Foresight]:
 def errors(run: Run) -> Errors | None:
     """Of the newest episodes, each the mean of its windows."""
     read = list(newest(run).values())
-    return over_runs([Errors(one.error, one.repeat) for one in read]) if read else None
+    return over_runs([Errors(one.error, one.repeat, one.every) for one in read]) if read else None
 
 
 def over_runs(several: list[Errors]) -> Errors:
     """One row for each of them, as far as all of them predicted."""
-    steps = min(one.predicted.shape[1] for one in several)
-    return Errors(*(np.stack([one[part].mean(0)[:steps] for one in several]) for part in range(2)))
+    actions = min(one.predicted.shape[1] for one in several)
+    predicted = np.stack([one.predicted.mean(0)[:actions] for one in several])
+    repeated = np.stack([one.repeated.mean(0)[:actions] for one in several])
+    return Errors(predicted, repeated, several[0].every)
 
 
 def strips(run: Run) -> list[Strip]:

@@ -103,7 +103,7 @@ def error_curve(errors: Errors, agent: str, over: str, title: str) -> Figure:
     """Open-loop error against the steps ahead, beside repeating the last seen frame; mean and deviation."""
     figure = Figure((4.6, 3.2), layout="constrained")
     axes = figure.add_subplot()
-    steps = np.arange(1, errors.predicted.shape[1] + 1)
+    steps = errors.steps
     look = STYLES.get(agent.split()[0], OTHERS[0])  # a variant's name has its settings behind
     drawn = ((errors.repeated, "the last seen frame, repeated", {"color": PALE, "linestyle": "--"}),
              (errors.predicted, f"{agent}, open loop", {"color": look.color, "linestyle": look.dashes}))
@@ -112,7 +112,7 @@ def error_curve(errors: Errors, agent: str, over: str, title: str) -> Figure:
         axes.plot(steps, mean, label=name, linewidth=1.6, marker=".", markersize=4, **style)
         axes.fill_between(steps, mean - spread, mean + spread, color=style["color"], alpha=0.18, linewidth=0)
     axes.set(title=title, xlabel="steps ahead", ylabel="mean squared error, [0, 1]", ylim=(0, None),
-             xlim=(min(1, len(steps) - 0.5), len(steps)))
-    axes.set_xticks([n for n in (1, 5, 10, 15, 20) if n <= len(steps)])
+             xlim=(min(steps[0], steps[-1] - 0.5), steps[-1]))
+    axes.set_xticks([steps[n - 1] for n in (1, 5, 10, 15, 20) if n <= len(steps)])
     axes.legend(title=f"mean ± sd over {over}", loc="best")
     return figure

@@ -6,6 +6,7 @@ from pathlib import Path
 
 from curionav_cli.errors import RunFolderError
 from curionav_cli.files import checksum, read_arrays
+from curionav_cli.records import held
 from curionav_cli.storage.run_folder import RunFolder
 
 
@@ -43,6 +44,9 @@ def checksums(data: Path, episodes: list[str]) -> dict[str, str]:
     return {name: checksum(data / name) for name in episodes}
 
 
-def longest(data: Path, episodes: list[str]) -> int:
-    """Steps of the longest episode. Raises RunFolderError where one is broken."""
-    return max(len(read_arrays(data / name, ("action",))["action"]) for name in episodes)
+def longest(data: Path, episodes: list[str], repeat: int = 1) -> int:
+    """Actions of the longest episode, each held for `repeat` steps.
+
+    Raises RunFolderError where one is broken, or holds its actions for another time.
+    """
+    return max(len(held(read_arrays(data / name, ("action",))["action"], repeat, data / name)) for name in episodes)

@@ -34,9 +34,10 @@ class Stored:
 class Replay:
     """Uniform windows over all stored steps; a window never leaves its episode.
 
+    every: steps for which the agent holds an action; kept are the frames that it acts on, the observations below.
     memory: bytes of frames that stay in memory, the first episodes that fit; what it is changes no window.
     The other frames are in a file without a name in `folder` until `close`. Actions, poses and
-    collisions of all episodes are in memory, 33 bytes a step.
+    collisions of all episodes are in memory, 33 bytes an observation.
 
     B windows of L consecutive observations, as `sample` returns them:
         image     (B, L, 64, 64, 3) uint8
@@ -46,8 +47,9 @@ class Replay:
         is_start  (B,) bool, the window's first observation is the first of an episode
     """
 
-    def __init__(self, episodes: Iterable[Episode] = (), *, memory: float = math.inf, folder: Path | None = None):
-        self.memory, self.in_memory = memory, 0
+    def __init__(self, episodes: Iterable[Episode] = (), *, memory: float = math.inf, folder: Path | None = None,
+                 every: int = 1):
+        self.memory, self.in_memory, self.every = memory, 0, every
         self._scratch = Scratch(folder)
         self._stored: list[Stored] = []
         self._lengths = np.zeros(0, np.int64)  # steps of each episode
@@ -55,9 +57,11 @@ class Replay:
             self.add(episode)
 
     @classmethod
-    def open(cls, paths: Iterable[Path], *, memory: float = math.inf, folder: Path | None = None) -> Replay:
-        """The episodes in these files, in this order. Raises RunFolderError where one is broken."""
-        replay = cls(memory=memory, folder=folder)
+    def open(cls, paths: Iterable[Path], *, memory: float = math.inf, folder: Path | None = None, every: int = 1
+             ) -> Replay:
+        """The episodes in these files, in this order. Raises RunFolderError where one is broken, or has actions that
+        were not held."""
+        replay = cls(memory=memory, folder=folder, every=every)
         try:
             for path in paths:
                 replay.add(Episode.load(path))
@@ -68,6 +72,7 @@ class Replay:
 
     def add(self, episode: Episode) -> None:
         """One more episode to draw from. Raises OSError where the disk is full."""
+        episode = episode.every(self.every)
         frames = episode.image.shape
         if self.in_memory + episode.image.nbytes <= self.memory:
             self._stored.append(Stored(episode, frames))
@@ -83,7 +88,7 @@ class Replay:
 
     @property
     def steps(self) -> int:
-        return int(self._lengths.sum())
+        return int(self._lengths.sum()) * self.every
 
     @property
     def on_disk(self) -> int:

@@ -59,6 +59,7 @@ class LBSDreamer(Agent):
         super().__init__(seed)
         keep_freed_memory()
         self.hyper, self.seed, self.device = hyper, seed, resolve_device(device)
+        self.every = hyper.action_repeat
         repeatable(self.device)
         how = way(compile, self.device)
         record = recorder(how, self.device)
@@ -85,9 +86,13 @@ class LBSDreamer(Agent):
         self.state = self.learner.networks.world_model.rssm.initial(1)
         self.action = torch.tensor([NO_ACTION], device=self.device)
         self.dice: torch.Generator | None = None
+        self.steps = 0
 
     def act(self, observation: dict[str, np.ndarray], info: dict[str, Any]) -> int:
-        """Filter the image into the state that is carried over the episode, then sample the policy."""
+        """Filter the image into the state that is carried over the episode, sample the policy, and hold that."""
+        self.steps += 1
+        if (self.steps - 1) % self.every:
+            return int(self.action)
         if self.dice is None:
             seed = np.random.default_rng([self.seed, ACTING_STREAM, info["episode"]]).integers(2**62)
             self.dice = torch.Generator(self.device).manual_seed(int(seed))
@@ -134,7 +139,7 @@ class LBSDreamer(Agent):
 
     def foresee(self, index: int, episode: Episode) -> Foresight | None:
         rng = np.random.default_rng([self.seed, FORESIGHT_STREAM, index])
-        return foresee(self.learner.networks, episode, self.hyper.sequence_length, rng, self.device)
+        return foresee(self.learner.networks, episode, self.hyper.sequence_length, rng, self.device, self.every)
 
     def learn(self, replay: Replay, iterations: int, tick: Callable[[int], None]) -> dict[str, float]:
         """K updates; the means of their scalars, and what was done since the run began.
@@ -175,7 +180,7 @@ class LBSDreamer(Agent):
         except ValueError as error:
             raise ConfigError(
                 f"no episode is long enough to learn from: a training sequence has {length} observations "
-                f"(agent.sequence_length), so loop.steps must be at least {length - 1}.") from error
+                f"(agent.sequence_length), so loop.steps must be at least {(length - 1) * self.every}.") from error
         all_which, all_start = (np.concatenate(part) for part in zip(*drawn, strict=True))
         moves = replay.moves(all_which, all_start, length)  # (count * B, L)
         parts = [moves["action"].T, moves["is_start"]]

@@ -6,6 +6,8 @@ windows evenly spread, whatever happens in them; surprise is that of every step.
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import torch
 
@@ -22,9 +24,11 @@ STEPS = np.array([0, 1, 3, 5, 8, 11, 15, 20])  # that are drawn, counted from th
 SHOWN, MEASURED = 6, 16  # windows
 
 
-def foresee(networks: Networks, episode: Episode, length: int, rng: np.random.Generator, device: torch.device
-            ) -> Foresight | None:
-    """Open-loop predictions of an episode; None where it is too short for one. length: of a training sequence."""
+def foresee(networks: Networks, episode: Episode, length: int, rng: np.random.Generator, device: torch.device,
+            every: int = 1) -> Foresight | None:
+    """Open-loop predictions of an episode; None where it is too short for one. length: of a training sequence;
+    every: steps for which an action is held. Windows are made of the frames that are acted on."""
+    episode = episode.every(every)
     horizon = min(HORIZON, len(episode.image) - CONTEXT)
     if horizon < 1:
         return None
@@ -37,10 +41,11 @@ def foresee(networks: Networks, episode: Episode, length: int, rng: np.random.Ge
     step = STEPS[horizon >= STEPS]
     drawn = CONTEXT - 1 + step
     truth, whole = truth[len(shown):], predicted[len(shown):]
-    return Foresight(step, at[:len(shown), drawn], predicted[:len(shown), drawn],
+    surprised = surprise(networks, episode, length, rng, device)
+    return Foresight(step * every, at[:len(shown), drawn] * every, predicted[:len(shown), drawn],
                      squared_error(whole[:, CONTEXT:], truth[:, CONTEXT:]),
                      squared_error(truth[:, CONTEXT - 1:CONTEXT], truth[:, CONTEXT:]),
-                     surprise(networks, episode, length, rng, device))
+                     replace(surprised, frame=surprised.frame * every), every)
 
 
 @torch.no_grad()
