@@ -13,7 +13,7 @@ ifeq ($(filter $(SCALE),smoke cpu paper),)
 endif
 CONTROLS = outputs/controls/$(SCALE)
 SWEEP = .venv/bin/curionav explore -m launcher=cores
-SMOKE = 'seed=range(2)' loop.episodes=2 loop.steps=60 loop.iterations=4
+SMOKE = 'seed=range(2)' loop.episodes=2 loop.steps=80 loop.iterations=4
 ROOM = env=small_room $(if $(filter smoke,$(SCALE)),$(SMOKE),'seed=range(5)' loop.episodes=60)
 FLAT = env=apartment_0 $(if $(filter smoke,$(SCALE)),$(SMOKE),'seed=range(5)' loop.episodes=100)
 WANDERERS = agent=random,sticky,bounce,frontier

@@ -22,6 +22,8 @@ from curionav_cli.config.sources import opened
 from curionav_cli.errors import ConfigError, RunFailed
 from curionav_cli.storage.run_folder import RunFolder
 
+ROOT = Path(__file__).parents[2]
+
 Captured = pytest.CaptureFixture[str]
 
 
@@ -209,8 +211,11 @@ def test_logging_is_left_as_it_was(told: Told) -> None:
 
 
 def test_the_declared_experiment_has_every_curiosity_on_five_seeds() -> None:
+    others = next(line for line in (ROOT / "Makefile").read_text().splitlines() if "agent.curiosity=" in line)
+    named = next(word for word in others.split() if word.startswith("agent.curiosity="))
     with opened("explore") as hydra:
-        jobs = plan(hydra, ["experiment=curiosity_controls"], multirun=False).jobs
+        jobs = [job for words in ([], [named])
+                for job in plan(hydra, ["experiment=curiosity_controls", *words], multirun=bool(words)).jobs]
     arms = {(word.partition("=")[2], other) for job in jobs for word in job for other in job
             if word.startswith("agent.curiosity=") and other.startswith("seed=")}
     assert arms == {(choice.value, f"seed={seed}") for choice in Curiosity for seed in range(5)}

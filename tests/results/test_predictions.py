@@ -91,11 +91,12 @@ def test_an_object_that_was_not_near_is_not_to_blame(a_run):
 
 
 def test_the_curves_are_mean_and_deviation_over_the_rows():
-    errors = foreseen.Errors(np.array([[0.1, 0.2], [0.3, 0.2]]), np.array([[0.2, 0.6], [0.4, 0.6]]))
+    errors = foreseen.Errors(np.array([[0.1, 0.2], [0.3, 0.2]]), np.array([[0.2, 0.6], [0.4, 0.6]]), every=4)
     axes = predictions.error_curve(errors, "lbs_dreamer", "2 seeds", "title").axes[0]
     repeated, ours = axes.lines
     np.testing.assert_allclose(ours.get_ydata(), [0.2, 0.2])
     np.testing.assert_allclose(repeated.get_ydata(), [0.3, 0.6])
+    assert ours.get_xdata().tolist() == repeated.get_xdata().tolist() == [4, 8]  # steps of the robot
     band = axes.collections[1].get_paths()[0].vertices[:, 1]
     assert band.min() == pytest.approx(0.2 - np.sqrt(0.02)) and band.max() == pytest.approx(0.2 + np.sqrt(0.02))
 

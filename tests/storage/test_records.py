@@ -56,3 +56,19 @@ def test_a_plan_comes_back_and_finds_cells(tmp_path, a_plan):
     assert back.start == plan.start and isinstance(back.start, Pose) and back.cell == 0.5
     row, column = back.cells(np.array([0.0, 0.49, 0.5, 2.99, 9.0]), np.array([0.0, 1.99, 0.5, 0.0, -1.0]))
     assert row.tolist() == [0, 3, 1, 0, 0] and column.tolist() == [0, 0, 1, 5, 5]
+
+
+def test_an_episode_as_one_saw_it_who_holds_an_action_for_three_steps(an_episode):
+    episode = an_episode(steps=11)
+    episode.action[:9] = np.repeat([2, 0, 1], 3)  # the last two steps are no whole action
+    episode.collided[:] = False
+    episode.collided[[4, 10]] = True
+    seen = episode.every(3)
+    assert seen.action.tolist() == [2, 0, 1] and seen.collided.tolist() == [False, True, False] and len(seen) == 3
+    np.testing.assert_array_equal(seen.image, episode.image[[0, 3, 6, 9]])
+    np.testing.assert_array_equal(seen.pose, episode.pose[[0, 3, 6, 9]])
+    assert not np.shares_memory(seen.image, episode.image)  # or a replay would hold all of it
+    assert episode.every(1) is episode
+    episode.action[4] = 1
+    with pytest.raises(RunFolderError, match=r"did not hold its actions for 3 steps, .*Set agent\.action_repeat=1\."):
+        episode.every(3)

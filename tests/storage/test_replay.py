@@ -185,3 +185,16 @@ def test_a_broken_episode_is_named(tmp_path):
     (tmp_path / "000000.npz").write_bytes(b"PK")
     with pytest.raises(RunFolderError, match=r"000000\.npz is not whole"):
         Replay.open([tmp_path / "000000.npz"])
+
+
+@BOUNDS
+def test_of_held_actions_only_the_frames_that_were_acted_on_are_kept(tmp_path, an_episode, memory):
+    episode = marked(an_episode, 0, 21)
+    episode.action[:] = np.arange(21) // 4
+    replay = Replay([episode], memory=memory, folder=tmp_path, every=4)
+    batch = replay.sample(32, 3, np.random.default_rng(0))
+    shown = batch["image"][..., 0, 0, 1].astype(int)
+    assert set(shown[:, 0]) == {0, 4, 8, 12} and (np.diff(shown, axis=1) == 4).all()
+    assert (batch["action"][:, 1:] == shown[:, :-1] // 4).all()
+    assert replay.steps == 20 and replay.in_memory + replay.on_disk == 6 * FRAME
+    replay.close()

@@ -1,7 +1,8 @@
-"""Convolutions as torch has them, with gradients composed so that a CPU is quick at them.
+"""Convolutions as torch has them, composed so that a CPU is quick at them.
 
-Two of oneDNN's are slow: that of a bias, which it finds together with the weight's (a plain sum takes a
-hundredth of that), and in bfloat16 that of a kernel with few outputs on patches (eight times as long as on pixels).
+Three of oneDNN's are slow: the gradient of a bias, which it finds together with the weight's (a plain sum takes a
+hundredth of that); in bfloat16 the gradient of a kernel with few outputs on patches (eight times as long as on pixels);
+and a transposed convolution with a bias whose stride does not divide its kernel (four times in bfloat16).
 """
 
 from __future__ import annotations
@@ -53,6 +54,8 @@ class _Convolution(torch.autograd.Function):
     def forward(ctx, x, weight, bias, stride, transposed):
         ctx.save_for_backward(x, weight)
         ctx.stride, ctx.transposed = stride, transposed
+        if transposed and weight.shape[-1] % stride:
+            return F.conv_transpose2d(x, weight, None, stride).add_(bias[:, None, None])
         return (F.conv_transpose2d if transposed else F.conv2d)(x, weight, bias, stride)
 
     @staticmethod

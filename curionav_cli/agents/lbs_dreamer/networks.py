@@ -117,5 +117,5 @@ class MLP(nn.Module):
 
     def forward(self, x: Tensor) -> Tensor:
         for layer in self.layers:
-            x = F.elu(layer(x))
+            x = F.elu(layer(x), inplace=True)
         return self.out(x)

@@ -19,7 +19,7 @@ TINY = {
     "batch_size": 3, "sequence_length": 8, "latent_dimension": 4, "latent_classes": 4, "gru_units": 16,
     "rssm_hidden": 16, "mlp_units": 16, "mlp_layers": 1, "horizon": 4, "imagination_starts": 10,
     "encoder_channels": [4, 4, 8], "decoder_channels": [8, 4], "behaviour_interval": 2,
-    "slow_critic_interval": 2,
+    "slow_critic_interval": 2, "action_repeat": 1,
 }
 
 

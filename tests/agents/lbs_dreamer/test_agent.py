@@ -5,6 +5,7 @@ import json
 import pickle
 import subprocess
 import sys
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -275,3 +276,12 @@ def test_bfloat16_is_what_the_setting_says_and_close_to_float32(agent, replay):
         assert seen[0] == getattr(torch, precision)
     for name in ("model_loss", "curiosity_target", "kl"):
         assert learned["bfloat16"][name] == pytest.approx(learned["float32"][name], rel=0.03)
+
+
+def test_an_action_is_held_and_what_comes_in_between_is_not_seen(agent, replay):
+    episode = replay(1, 20).episode(0)
+    held, seen = agent(action_repeat=3), replace(episode, image=episode.image[::3])
+    other = replace(episode, image=episode.image.copy())
+    other.image[1::3] = other.image[2::3] = 0
+    assert walk(held, episode) == np.repeat(walk(agent(), seen), 3).tolist() == walk(held, other)
+    assert held.every == 3 and agent().every == 1

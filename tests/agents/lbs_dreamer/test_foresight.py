@@ -114,3 +114,16 @@ def test_every_frame_surprises_in_some_window_and_only_by_what_came_before(agent
     before = np.s_[window, :place]
     assert (other.kl[before] == found.kl[before]).all() and other.kl[window, place] != found.kl[window, place]
     assert other.reward[window, place] == found.reward[window, place]  # expected before the frame was seen
+
+
+def test_who_holds_its_actions_foresees_the_frames_that_it_acts_on(agent, long):
+    held = replace(long, action=np.repeat(long.action, 3), image=np.repeat(long.image, 3, 0)[2:],
+                   pose=np.repeat(long.pose, 3, 0)[2:], collided=np.repeat(long.collided, 3))
+    plain, found = agent().foresee(4, long), agent(action_repeat=3).foresee(4, held)
+    assert (plain.every, found.every) == (1, 3)
+    np.testing.assert_array_equal(found.step, 3 * plain.step)
+    np.testing.assert_array_equal(found.frame, 3 * plain.frame)
+    np.testing.assert_array_equal(found.surprise.frame, 3 * plain.surprise.frame)
+    for name in ("image", "error", "repeat"):
+        np.testing.assert_array_equal(getattr(found, name), getattr(plain, name))
+    assert found.metrics() == plain.metrics()
