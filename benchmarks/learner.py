@@ -41,11 +41,12 @@ REPEATS = {"paper": 3, "cpu": 11}  # unless --repeats says otherwise
 STEPS = {CPU: 100, CUDA: 1000}  # of acting, in one repeat
 IN_A_ROW = 100  # updates in one repeat on a GPU
 EPISODE = (500, 100)  # steps and updates
-PEERS_WORK = (  # what scale=cpu leaves out and the peers do: DreamerV2's CNN, every frame, every state, every time
+PEERS_WORK = (  # what scale=cpu leaves out and the peers do: DreamerV2's CNN, every frame, state, time and step
     "agent.encoder_channels=[8,16,32,64]", "agent.encoder_kernels=[4,4,4,4]", "agent.encoder_strides=[2,2,2,2]",
     "agent.decoder_channels=[32,16,8]", "agent.decoder_kernels=[5,5,6,6]", "agent.decoder_strides=[2,2,2,2]",
-    "agent.decoded_share=1", "agent.imagination_starts=520", "agent.behaviour_interval=1",
+    "agent.decoded_share=1", "agent.imagination_starts=140", "agent.behaviour_interval=1", "agent.action_repeat=1",
 )
+WARM = 3  # updates before the first that is measured: until then memory is asked for that is kept afterwards
 
 
 class Row(NamedTuple):
@@ -146,6 +147,7 @@ class Stage:
             process = self.process(row.contender, {"precision": row.precision, "times": self.times[row],
                                                    "hyper": shapes, "overrides": words})
             counted = process.ask("warm")
+            process.ask("update", WARM)
             process.ask("act", STEPS[self.device] // 10)
             self.alive[row], self.gflop[row] = process, (counted or dense(shapes), counted is not None)
         except Gone as error:

@@ -42,12 +42,15 @@ def draw_beside(runs: Sequence[Run], out: Path) -> list[Path]:
 
 
 def draw_seeds(runs: Sequence[Run], out: Path | None = None) -> list[Path]:
-    """The error over the seeds of one agent (or variant) in one environment, in `out` or the folder that has all."""
+    """The error over the seeds of one agent (or variant) in one environment, in `out` or the folder that has all.
+
+    None for runs that hold their actions for different times: there is no axis for both.
+    """
     drawn = []
     for env, agent in dict.fromkeys((run.env, run.agent) for run in runs):
         same = [run for run in runs if (run.env, run.agent) == (env, agent)]
         several = [errors for run in same if (errors := foreseen.errors(run))]
-        if len(several) < 2:
+        if len(several) < 2 or len({errors.every for errors in several}) > 1:
             continue
         above = {run.folder.path.resolve().parent for run in same}
         if not out and len(above) > 1:
