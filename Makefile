@@ -90,14 +90,14 @@ controls: $(READY)
 
 figures: cost $(FIGURES) $(TABLES) paper-vs-ours
 
-# Disk: about 6 kB a step. Time at scale=cpu: 17 CPU-seconds an episode of ours, 0.4 of C-BET, 2 of robot=turtlebot2i.
+# Disk: about 6 kB a step. Time at scale=cpu: 6 CPU-seconds an episode of ours, 0.4 of C-BET, 2 of robot=turtlebot2i.
 cost:
 ifeq ($(SCALE),paper)
 	@echo "SCALE=paper lives 15 x 2 M steps of ours, 45 x 5 M of the three C-BETs and 1.6 M of the robot: 256.6 M steps in"
 	@echo "513 200 episodes. Disk: about 1.5 TB in $(FIG). Time, by benchmarks/RESULTS.md: 360 core-hours of C-BET,"
 	@echo "56 of acting of ours, and 6.3 M updates of ours, for which that page has no GPU's time: at 0.1 s each 175 hours."
 else ifeq ($(SCALE),cpu)
-	@echo "SCALE=cpu lives 63 runs of 100 episodes, 3.15 M steps. Disk: about 19 GB in $(FIG). Time: some seven hours"
+	@echo "SCALE=cpu lives 63 runs of 100 episodes, 3.15 M steps. Disk: about 19 GB in $(FIG). Time: some three hours"
 	@echo "on two cores. Any of the targets can be made alone, and Ctrl-C loses nothing but the running episode."
 endif
 

@@ -170,7 +170,7 @@ class Ends:
         ledger = Ledger(folder / "ledger.sqlite")
         inbox = Inbox(far, ledger, folder / "quarantine", settings=MARK, steps=chosen.loop.steps, gap=0,
                       clock=time.monotonic, say=print)
-        learn = LearnHere(server, Replay(), chosen.loop.iterations, NOBODY,
+        learn = LearnHere(server, Replay(every=server.every), chosen.loop.iterations, NOBODY,
                           lambda index, episode: episode.save(folder / f"{index}.npz"))
 
         def learned(position: int, arrival: Arrival) -> None:

@@ -74,7 +74,7 @@ def check_lengths(settings: Config) -> None:
         steps, why = settings.robot.steps, ", as long as robot.battery lasts"
     length, repeat = getattr(settings.agent, "sequence_length", 0), getattr(settings.agent, "action_repeat", 1)
     if settings.loop.iterations and length > steps // repeat + 1:
-        held = f" whose actions are held for {repeat}" if repeat > 1 else ""
+        held = f" whose actions are held for {repeat} (agent.action_repeat)" if repeat > 1 else ""
         raise ConfigError(f"agent.sequence_length={length} does not fit into an episode of {steps} steps{why}{held}. "
                           f"Set loop.steps={(length - 1) * repeat} or more, or a shorter agent.sequence_length.")
     unroll = getattr(settings.agent, "unroll", 1)

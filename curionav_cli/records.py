@@ -105,9 +105,9 @@ class Episode:
         action = held(self.action, repeat)
         lived = len(action) * repeat
         seen = slice(0, lived + 1, repeat)
-        estimate = None if self.estimate is None else self.estimate[seen]
-        return replace(self, image=self.image[seen].copy(), action=action, pose=self.pose[seen], estimate=estimate,
-                       collided=np.any(self.collided[:lived].reshape(-1, repeat), axis=1))
+        estimate = None if self.estimate is None else self.estimate[seen].copy()
+        return replace(self, image=self.image[seen].copy(), action=action, pose=self.pose[seen].copy(),
+                       estimate=estimate, collided=np.any(self.collided[:lived].reshape(-1, repeat), axis=1))
 
     def save(self, path: Path) -> None:
         arrays = {"image": self.image, "action": self.action, "pose": self.pose, "collided": self.collided,
@@ -137,8 +137,8 @@ def held(action: np.ndarray, repeat: int, what: object = "an episode") -> np.nda
     turns = action[:len(action) // repeat * repeat].reshape(-1, repeat)
     if (turns != turns[:, :1]).any():
         raise RunFolderError(f"{what} was lived by one who did not hold its actions for {repeat} steps, as "
-                             f"agent.action_repeat={repeat} needs them. Set agent.action_repeat=1.")
-    return turns[:, 0]
+                             f"agent.action_repeat={repeat} needs it. Set agent.action_repeat=1.")
+    return turns[:, 0].copy()
 
 
 @dataclass(frozen=True)
@@ -220,7 +220,10 @@ class Foresight:
     def load(cls, path: Path) -> Foresight:
         """Raises RunFolderError where the file is broken."""
         own = read_arrays(path, ("step", "frame", "image", "error", "repeat"), ("every",))
-        every = int(own.pop("every", np.array(1)))
+        with understood(path):
+            every = int(own.pop("every", np.array(1)))
+            if every < 1:
+                raise ValueError(f"an action is held for {every} steps")
         return cls(**own, surprise=cls.load_surprise(path), every=every)
 
     @staticmethod

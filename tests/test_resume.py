@@ -12,6 +12,8 @@ from deadly import DEADLY
 from leftovers import leftovers
 from tiny import LEARNER
 
+from curionav_cli.files import read_json
+
 # Kills its own process at a chosen moment of the third episode, as a power cut would.
 KILLED = DEADLY + """
 from pathlib import Path
@@ -115,3 +117,33 @@ def test_what_is_not_a_run_is_named(tmp_path):
     assert nothing.returncode == 2 and "There is no folder" in nothing.stderr
     empty = curionav("resume", str(tmp_path))
     assert empty.returncode == 2 and "holds no run" in empty.stderr
+
+
+def test_a_life_of_held_actions_is_resumed_as_well(tmp_path):
+    """Five steps an action, and episodes of twelve: two steps of each teach nothing."""
+    changed = {"agent.action_repeat=1": "agent.action_repeat=5", "agent.sequence_length=8": "agent.sequence_length=3"}
+    words = [changed.get(word, word) for word in LEARNER]
+    assert curionav("explore", *words, f"hydra.run.dir={tmp_path / 'quiet'}").returncode == 0
+    killed = curionav("training", "explore", *words, f"hydra.run.dir={tmp_path / 'run'}", program=("-c", KILLED))
+    assert killed.returncode == -signal.SIGKILL, killed.stderr
+    resumed = curionav("resume", str(tmp_path / "run"))
+    assert resumed.returncode == 0, resumed.stderr
+    ours, quiet = leftovers(tmp_path / "run"), leftovers(tmp_path / "quiet")
+    assert [name for name in ours if ours[name] != quiet[name]] == []
+    assert quiet["replay"]["steps"] == 4 * 10
+
+
+def test_a_run_from_before_actions_were_held_goes_on(tmp_path):
+    run = tmp_path / "run"
+    assert curionav("explore", *LEARNER, "loop.episodes=1", f"hydra.run.dir={run}").returncode == 0
+    (save,) = (run / "checkpoint").glob("0*")
+    (save / "checksums.json").unlink()
+    for path in (run / "fixed.json", save / "settings.json"):
+        held = read_json(path)
+        assert held["agent"].pop("action_repeat") == 1
+        path.write_text(json.dumps(held))
+    lines = (run / "config.yaml").read_text().splitlines()
+    (run / "config.yaml").write_text("\n".join(line for line in lines if "action_repeat" not in line))
+    resumed = curionav("resume", str(run), "loop.episodes=2")
+    assert resumed.returncode == 0 and "goes on after 1 finished episode" in resumed.stdout, resumed.stderr
+    assert "action_repeat: 1" in (run / "config.yaml").read_text()

@@ -31,9 +31,9 @@ EXTRAS = {"fast": "numba", "sweep": "hydra-joblib-launcher", "slurm": "hydra-sub
 OK, NOT_THERE, BROKEN = "ok", "not there", "BROKEN"
 SMALL = (  # seconds, and yet acts, learns, saves
     "env=small_room", "agent=lbs_dreamer", "device=cpu", "loop.steps=12", "loop.iterations=4", "loop.episodes=2",
-    "agent.batch_size=3", "agent.sequence_length=8", "agent.gru_units=16", "agent.rssm_hidden=16",
+    "agent.batch_size=3", "agent.sequence_length=6", "agent.gru_units=16", "agent.rssm_hidden=16",
     "agent.mlp_units=16", "agent.mlp_layers=1", "agent.latent_dimension=4", "agent.latent_classes=4",
-    "agent.horizon=4", "agent.imagination_starts=12", "agent.action_repeat=1",
+    "agent.horizon=4", "agent.imagination_starts=12", "agent.action_repeat=2",
 )
 Finding = tuple[str, str, str]  # what, ok or not, more about it
 

@@ -113,7 +113,8 @@ def numbers(folders: Sequence[Path]) -> tuple[list[Table], list[str]]:
                                      "sweeps, or none."]))
     settings, scenes = composed("robot=turtlebot2i"), plans()
     comparison = compared(lives) if lives else Comparison([], {}, {}, {})
-    parts = {"protocol": paper.protocol(asdict(settings.loop), asdict(settings.robot), scenes),
+    parts = {"protocol": paper.protocol(asdict(settings.loop), asdict(settings.robot), scenes,
+                                        asdict(settings.agent)["action_repeat"]),
              "surfaces": paper.areas(scenes), "coverage": paper.coverage(comparison),
              "docking": paper.docking(lives, home)}
     rows: dict[str, list[Row]] = {name: [one._asdict() for one in found] for name, found in parts.items()}

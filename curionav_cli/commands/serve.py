@@ -76,7 +76,7 @@ class Service(Exploration):
         settings, remote, shared = self.settings, self.settings.remote, self.shared
         store, mark, timing = opened(settings), fingerprint(shared), Time(time.monotonic, time.sleep)
         inbox = Inbox(store, ledger, self.run.path / "quarantine", settings=mark, steps=settings.loop.steps,
-                      gap=remote.gap if remote.follow else 0, clock=timing.clock, say=say)
+                      gap=remote.gap if remote.follow else 0, clock=timing.clock, say=say, every=agent.every)
         inbox.first = ledger.rewind(first)
         try:
             store.create()

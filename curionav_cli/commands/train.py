@@ -121,7 +121,8 @@ def check(settings: Config) -> None:
     if length > most + 1:
         held = f" held for {agent.every} steps" if agent.every > 1 else ""
         raise ConfigError(f"agent.sequence_length={length} does not fit into the longest episode of {data}, "
-                          f"{most} actions{held}. Set agent.sequence_length={most + 1} or less.")
+                          f"{most} actions{held}. Set agent.sequence_length={most + 1} or less"
+                          f"{', or a shorter agent.action_repeat' if held else ''}.")
 
 
 def check_server(settings: Config) -> None:

@@ -60,7 +60,7 @@ def read_settings(path: Path, changes: Sequence[str] = ()) -> Config:
         node.merge_with(newer())
         node["agent"] = writable(AGENTS[recorded.agent.name])
         node["robot"] = writable(ROBOTS[recorded.robot.name])
-        node.merge_with(recorded)
+        node.merge_with({"agent": OLDER.get(recorded.agent.name, {})}, recorded)
         settings = as_settings(node)
     except OSError as error:
         raise RunFolderError(f"{path} cannot be read ({error.strerror}): not the folder of a run.") from error
@@ -69,6 +69,9 @@ def read_settings(path: Path, changes: Sequence[str] = ()) -> Config:
         line = next(iter(str(error).splitlines()), type(error).__name__)
         raise RunFolderError(f"{path} does not hold the settings of a run: {line}") from error
     return changed(node, changes) if changes else settings
+
+
+OLDER = {"lbs_dreamer": {"action_repeat": 1}}  # what was so before it could be set
 
 
 def newer() -> dict[str, Any]:

@@ -1,8 +1,9 @@
 """Does surprise tell new places from known ones? By action, by position in the sequence, from stored predictions.
 
-A view is new where no earlier episode has one from within NEW metres that looks the same way, and known where
-one has been had from within KNOWN metres. The ratio is that of the mean signal over new views to that over known
-ones; AUC is the probability that a new view has the higher signal (Mann and Whitney's U over the number of pairs).
+A view is new where the agent, which sees the frames that it acts on, had none in an earlier episode from within NEW
+metres that looks the same way, and known where it had one from within KNOWN metres. The ratio is that of the mean
+signal over new views to that over known ones; AUC is the probability that a new view has the higher signal (Mann and
+Whitney's U over the number of pairs).
 """
 
 from __future__ import annotations
@@ -14,14 +15,14 @@ from scipy.spatial import cKDTree
 from scipy.stats import mannwhitneyu
 
 from curionav_cli.files import read_arrays
-from curionav_cli.records import Surprise
+from curionav_cli.records import Foresight
 from curionav_cli.results.foreseen import newest
 from curionav_cli.results.runs import Run
 
 NEWEST = 20  # episodes that are judged
-NEW, KNOWN = 0.25, 0.1  # metres: a step forward, and what hardly changes a picture
+NEW, KNOWN = 0.25, 0.1  # metres: a step of the robot, and what hardly changes a picture
 SAME_WAY = np.radians(25)
-SETTLED = 5  # steps after which a window that starts in mid-episode is past its zero state
+SETTLED = 5  # views after which a window that starts in mid-episode is past its zero state
 KINDS = ("all", "forward", "turn", "cancelled")
 SIGNALS = ("kl", "reward")
 
@@ -39,30 +40,34 @@ class Views(NamedTuple):
 
 def views(run: Run) -> Views | None:
     """Of the newest episodes, each against all before it; None where there are no predictions, or one episode only."""
-    stored = {index: one.surprise for index, one in newest(run, NEWEST).items() if index}
+    stored = {index: one for index, one in newest(run, NEWEST).items() if index}
     if not stored:
         return None
     paths, poses = run.episodes, run.poses()
     found = []
-    for index, surprise in stored.items():
-        lived = read_arrays(paths[index], ("action", "collided"))
-        away = distance(poses[index], np.concatenate(poses[:index]))
-        found.append(judged(surprise, away, kinds(lived["action"], lived["collided"])))
+    for index, one in stored.items():
+        lived, seen = read_arrays(paths[index], ("action", "collided")), slice(None, None, one.every)
+        away = distance(poses[index][seen], np.concatenate([pose[seen] for pose in poses[:index]]))
+        found.append(judged(one, away, kinds(lived["action"], lived["collided"], one.every)))
     return Views(*(np.concatenate(parts, -1) for parts in zip(*found)))
 
 
-def judged(surprise: Surprise, away: np.ndarray, kind: np.ndarray) -> Views:
-    """The frames of an episode's windows; distance and kind (T+1,)."""
-    frame = surprise.frame
+def judged(foresight: Foresight, away: np.ndarray, kind: np.ndarray) -> Views:
+    """The frames of an episode's windows; distance and kind (T+1,) of those that were acted on."""
+    surprise = foresight.surprise
+    frame = surprise.frame // foresight.every
     position = np.broadcast_to(np.arange(frame.shape[1]), frame.shape)
     settled = (position >= SETTLED) | (frame[:, :1] == 0)
     return Views(away[frame].ravel(), kind[frame].ravel(), position.ravel(), settled.ravel(),
                  np.stack([surprise.kl.ravel(), surprise.reward.ravel()]))
 
 
-def kinds(action: np.ndarray, collided: np.ndarray) -> np.ndarray:
-    """Index into KINDS of what led to each of T+1 frames; 0 for the first."""
-    return np.concatenate([[0], np.where(collided, 3, np.where(action == 0, 1, 2))])
+def kinds(action: np.ndarray, collided: np.ndarray, every: int = 1) -> np.ndarray:
+    """Index into KINDS of what led to each of T+1 frames; 0 for the first. A held action is cancelled if all its steps
+    are: (T,) twice, T // every actions."""
+    lived = len(action) // every * every
+    cancelled = collided[:lived].reshape(-1, every).all(1)
+    return np.concatenate([[0], np.where(cancelled, 3, np.where(action[:lived:every] == 0, 1, 2))])
 
 
 def distance(pose: np.ndarray, earlier: np.ndarray) -> np.ndarray:

@@ -91,13 +91,16 @@ def sizes(plans: Mapping[str, FloorPlan]) -> list[Row]:
     return rows
 
 
-def protocol(loop: Settings, robot: Settings, plans: Mapping[str, FloorPlan]) -> Iterator[Number]:
-    """How lives are lived. loop, robot: composed settings of conf/config.yaml and robot=turtlebot2i."""
+def protocol(loop: Settings, robot: Settings, plans: Mapping[str, FloorPlan], repeat: int) -> Iterator[Number]:
+    """How lives are lived. loop, robot: composed settings of conf/config.yaml and robot=turtlebot2i; repeat: steps for
+    which scale=cpu holds an action."""
     lifelong, setup = 'section "Lifelong learning"', 'section "Experimental Results"'
     yield Number(lifelong, "steps of an episode, N", "500", f"{loop['steps']}", "", "conf/config.yaml")
     yield Number(lifelong, "iterations between episodes, K", "100", f"{loop['iterations']}", "", "conf/config.yaml")
     yield Number(setup, "a step forward", "0.25 m", f"{STEP:g} m", "", "curionav_cli/world/motion.py")
     yield Number(setup, "a turn", "10 degrees", f"{360 / HEADINGS:g} degrees", "", "curionav_cli/world/motion.py")
+    held = f"{repeat} steps at scale=cpu, 1 at scale=paper"
+    yield Number(setup, "an action of lbs_dreamer is held for", "1 step", held, "", "conf/scale/lbs_dreamer")
     for env, paper in (("apartment_0", "5 x 5 cm"), ("small_room", "10 x 10 cm"), ("large_lab", "10 x 10 cm")):
         side = f"{100 * plans[env].cell:g}"
         yield Number(setup, f"a visitable state, {env}", paper, f"{side} x {side} cm", "", f"conf/env/{env}.yaml")

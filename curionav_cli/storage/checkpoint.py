@@ -107,9 +107,13 @@ def refuse_broken(folder: Path) -> None:
             raise RunFolderError(f"{folder / name} is not whole (its checksum is another one). Restore it from a copy.")
 
 
+NEVER_SAID = {"agent.action_repeat was null, now 1"}  # by runs that are older than the setting
+
+
 def refuse_changes(run: Path, was: dict[str, Any], now: dict[str, Any]) -> None:
     """Raises RunFolderError that names the first setting that differs: the agent itself before what it is set to."""
-    changed = sorted(differences(was, json.loads(json.dumps(now))), key=lambda line: ".name was " not in line)
+    found = (line for line in differences(was, json.loads(json.dumps(now))) if line not in NEVER_SAID)
+    changed = sorted(found, key=lambda line: ".name was " not in line)
     if changed:
         raise RunFolderError(f"{run} cannot go on with other settings: {changed[0]}. "
                              "Put it back, or start a new run in another folder.")

@@ -14,7 +14,7 @@ import numpy as np
 
 from curionav_cli.errors import EpisodeRefused, RunFolderError
 from curionav_cli.files import opened, write_whole
-from curionav_cli.records import Episode
+from curionav_cli.records import Episode, held
 from curionav_cli.storage.ledger import Ledger
 from curionav_cli.storage.protocol import MARKED, SMALL, Marker, Refusal, parsed, sha256, written
 from curionav_cli.storage.store import Store
@@ -36,12 +36,13 @@ class Arrival(NamedTuple):
 
 class Inbox:
     """settings: the fingerprint that markers must carry. steps: of the longest episode. gap: seconds that a missing
-    number is waited for. folder: where broken episodes are put, the newest of each name. clock: seconds."""
+    number is waited for. folder: where broken episodes are put, the newest of each name. clock: seconds. every: steps
+    for which actions are held."""
 
     def __init__(self, store: Store, ledger: Ledger, folder: Path, *, settings: str, steps: int, gap: float,
-                 clock: Callable[[], float], say: Callable[[str], None]):
+                 clock: Callable[[], float], say: Callable[[str], None], every: int = 1):
         self.store, self.ledger, self.folder, self.settings, self.steps = store, ledger, folder, settings, steps
-        self.gap, self.clock, self.say = gap, clock, say
+        self.gap, self.clock, self.say, self.every = gap, clock, say, every
         self.first: list[str] = []  # what was taken before an interruption comes first again
         self.again: dict[str, float] = {}  # when a refused one is looked at again
         self.missed: float | None = None  # since when a number is missing
@@ -114,6 +115,7 @@ class Inbox:
             raise ValueError("it does not hold what an episode holds")
         episode = Episode.load(path)
         refuse_odd(episode, marker.steps)
+        held(episode.action, self.every, "it")
         path.unlink()
         return episode
 

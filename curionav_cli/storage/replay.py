@@ -52,7 +52,7 @@ class Replay:
         self.memory, self.in_memory, self.every = memory, 0, every
         self._scratch = Scratch(folder)
         self._stored: list[Stored] = []
-        self._lengths = np.zeros(0, np.int64)  # steps of each episode
+        self._lengths = np.zeros(0, np.int64)  # actions of each episode
         for episode in episodes:
             self.add(episode)
 
@@ -88,6 +88,7 @@ class Replay:
 
     @property
     def steps(self) -> int:
+        """That its frames span; less than `every` of each episode are left out."""
         return int(self._lengths.sum()) * self.every
 
     @property

@@ -43,7 +43,7 @@ def test_what_is_counted_is_what_the_formula_says(learner):
     """Every frame decoded and every state imagined from: within a twentieth, however the products are arranged."""
     from learner_contenders import Curionav
 
-    words, shapes = learner.hyper("cpu", (*learner.PEERS_WORK, "agent.batch_size=4", "agent.imagination_starts=160"))
+    words, shapes = learner.hyper("cpu", (*learner.PEERS_WORK, "agent.batch_size=4", "agent.imagination_starts=80"))
     ours = Curionav({"device": "cpu", "precision": "float32", "times": 1, "hyper": shapes, "overrides": words})
     assert ours.warm() == pytest.approx(learner.dense(shapes), rel=0.05)
 

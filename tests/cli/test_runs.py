@@ -9,6 +9,9 @@ from pathlib import Path
 import pytest
 from entry import Cli
 
+from curionav_cli.commands import explore
+from curionav_cli.config.preflight import plan
+from curionav_cli.config.sources import opened
 from curionav_cli.storage.run_folder import RunFolder
 
 CONFIG = "env: {name: %s}\nagent: {name: %s}\nrobot: {name: ideal}\nseed: %d\n"
@@ -112,6 +115,8 @@ def test_a_directory_of_ones_own_runs_as_it_is(cli: Cli, tmp_path: Path) -> None
     for what, word in (("env", "env=my_room"), ("agent", "agent=my_agent")):
         shown = cli("explore", "-cd", "mine", word, "--cfg", "job", "-p", what)
         assert shown.code == 0, shown.error
+    with opened("explore", tmp_path / "mine") as hydra:
+        assert len(plan(hydra, ["experiment=my_sweep"], multirun=False, check=explore.check).jobs) == 6
     answer = cli("explore", "-cd", "mine", "experiment=my_sweep", "hydra.sweeper.params.agent=sticky", "loop.steps=9",
                  "hydra.sweep.dir=sweep")
     assert answer.code == 0, answer.error

@@ -226,7 +226,7 @@ def harmed(folder: Path, lived: Path, harm: str) -> None:
     ("", ("data=LIVED", "loop.iterations=0"), "loop.iterations=0 trains nothing"),
     ("", ("data=LIVED", "agent.sequence_length=14"), "agent.sequence_length=14 does not fit into the longest episode"),
     ("", ("data=LIVED", "agent.action_repeat=2", "agent.sequence_length=4"),
-     "was lived by one who did not hold its actions for 2 steps, as agent.action_repeat=2 needs"),
+     "was lived by one who did not hold its actions for 2 steps, as agent.action_repeat=2 needs it"),
     ("", ("data=LIVED", "env=large_lab"), "was lived in small_room, not in large_lab. Add env=small_room"),
 ])
 def test_what_cannot_be_trained_from_is_told_in_one_line(

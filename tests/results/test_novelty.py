@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from curionav_cli.records import Foresight, Surprise
+from curionav_cli.records import Episode, Foresight, Surprise
 from curionav_cli.results import novelty
 from curionav_cli.results.novelty import KINDS, Views
 from curionav_cli.results.runs import Run
@@ -71,3 +71,24 @@ def test_a_run_without_predictions_has_no_views(tmp_path, a_plan):
     run = RunFolder(tmp_path / "run")
     run.create("seed: 0\nenv: {name: small_room}\nagent: {name: random}\nrobot: {name: ideal}\n", {}, {}, a_plan())
     assert novelty.views(Run.open(run.path)) is None
+
+
+def test_only_frames_that_are_acted_on_are_views(a_run):
+    """Held for three steps: what the second episode acts on, the first has passed by in between."""
+    folder = a_run.folder
+    for n in range(2):
+        episode, one = Episode.load(folder.episode_path(n)), Foresight.load(folder.foresight_paths()[n])
+        between = np.arange(12) % 3 > 0
+        pose = np.column_stack([between if n == 0 else ~between, *np.zeros((2, 12))]).astype(float)
+        folder.save_episode(n, replace(episode, pose=pose))
+        frame = 3 * np.arange(4)[None]
+        surprise = Surprise(frame, np.ones((1, 4), np.float32), np.ones((1, 4), np.float32))
+        replace(one, surprise=surprise, every=3).save(folder.foresight_paths()[n])
+    folder.foresight_paths()[2].unlink()
+    found = novelty.views(Run.open(folder.path))
+    assert found.distance.tolist() == [np.inf] * 4 and found.kind.tolist() == [0, 1, 1, 1]
+
+
+def test_a_held_action_is_cancelled_if_all_its_steps_are():
+    action, collided = np.array([0, 0, 0, 1, 1, 1, 0, 0, 0, 2]), np.array([1, 1, 1, 0, 0, 0, 0, 1, 1, 0], bool)
+    assert [KINDS[kind] for kind in novelty.kinds(action, collided, 3)] == ["all", "cancelled", "turn", "forward"]

@@ -147,6 +147,7 @@ class LBSDreamer(Agent):
         Raises ConfigError where no episode is as long as a training sequence, RunFailed where a loss
         or a gradient is not finite (the last save is then still a good one).
         """
+        assert replay.every == self.every, (replay.every, self.every)
         meter = Meter()
         if self.notes:
             self.notes.take_in(replay)

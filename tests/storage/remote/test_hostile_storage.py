@@ -158,3 +158,12 @@ def test_settings_of_a_megabyte_and_deep_json_are_no_settings(pair: Pair) -> Non
     pair.store().put("settings.json", json.dumps({"seed": 1}).encode())
     with pytest.raises(RunFolderError, match="it is used with other settings: seed was 1, now 0"):
         agree(pair.store(), {"seed": 0})
+
+
+def test_an_episode_whose_actions_were_not_held_is_refused(pair: Pair) -> None:
+    """It is well formed, and learning from it would end the server, each time anew."""
+    pair.live(0)
+    pair.server.inbox.every = 2
+    pair.dock()
+    assert pair.learned == b"\0" * 32
+    assert any("is refused: it was lived by one who did not hold" in line for line in pair.said["server"])

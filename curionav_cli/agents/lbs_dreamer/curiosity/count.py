@@ -2,8 +2,8 @@
 
     r = 1 / sqrt(N(cell))        (Strehl and Littman, 2008, MBIE-EB; Bellemare et al., 2016, section 4)
 
-N is how often a cell was landed on in all that was lived. It tells what the world model and the
-actor-critic can make of a perfect signal; a head carries it into imagination as in lbs.py.
+N is how often an action (held for agent.action_repeat steps) ended in a cell, in all that was lived. It tells what
+the world model and the actor-critic can make of a perfect signal; a head carries it into imagination as in lbs.py.
 """
 
 from __future__ import annotations
