@@ -10,12 +10,14 @@ surprise of new views over that of known ones) and area under the ROC curve, mea
 from __future__ import annotations
 
 import argparse
+import os
 import sys
 from pathlib import Path
 
 import numpy as np
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
+os.environ |= {"OMP_NUM_THREADS": "1", "OMP_WAIT_POLICY": "PASSIVE"}  # as the command line sets them, before torch
 from curionav_cli import build
 from curionav_cli.config.settings import read_settings
 from curionav_cli.records import Episode

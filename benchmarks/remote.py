@@ -46,6 +46,7 @@ from curionav_cli.storage.shelf import Shelf
 from curionav_cli.storage.store import Store
 from curionav_cli.storage.trainer import Trainer
 
+os.environ |= {"OMP_NUM_THREADS": "1", "OMP_WAIT_POLICY": "PASSIVE"}  # as the command line sets them, before torch
 MARK, BUCKET, LINK = fingerprint({"benchmark": 1}), "bucket", 20e6 / 8  # bytes a second
 EPISODES = 5
 LIFE = 300.0  # seconds of a robot's episode: the paper says approximately 5 minutes for 500 steps
