@@ -99,8 +99,8 @@ def protocol(loop: Settings, robot: Settings, plans: Mapping[str, FloorPlan], re
     yield Number(lifelong, "iterations between episodes, K", "100", f"{loop['iterations']}", "", "conf/config.yaml")
     yield Number(setup, "a step forward", "0.25 m", f"{STEP:g} m", "", "curionav_cli/world/motion.py")
     yield Number(setup, "a turn", "10 degrees", f"{360 / HEADINGS:g} degrees", "", "curionav_cli/world/motion.py")
-    held = f"{repeat} steps at scale=cpu, 1 at scale=paper"
-    yield Number(setup, "an action of lbs_dreamer is held for", "1 step", held, "", "conf/scale/lbs_dreamer")
+    yield Number(setup, "an action of lbs_dreamer is held for", "1 step", f"{repeat} steps at scale=cpu", "",
+                 "conf/scale/lbs_dreamer/cpu.yaml")
     for env, paper in (("apartment_0", "5 x 5 cm"), ("small_room", "10 x 10 cm"), ("large_lab", "10 x 10 cm")):
         side = f"{100 * plans[env].cell:g}"
         yield Number(setup, f"a visitable state, {env}", paper, f"{side} x {side} cm", "", f"conf/env/{env}.yaml")
