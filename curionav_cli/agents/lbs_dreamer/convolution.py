@@ -1,8 +1,17 @@
 """Convolutions as torch has them, composed so that a CPU is quick at them.
 
-Three of oneDNN's are slow: the gradient of a bias, which it finds together with the weight's (a plain sum takes a
-hundredth of that); in bfloat16 the gradient of a kernel with few outputs on patches (eight times as long as on pixels);
-and a transposed convolution with a bias whose stride does not divide its kernel (four times in bfloat16).
+Some of oneDNN's are slow: the gradient of a bias, which it finds together with the weight's (a plain sum takes a
+hundredth of that), and in bfloat16, beside what is done here, at the shapes of scale=paper (one core of an AMD EPYC):
+
+    a transposed convolution with a bias whose stride does not divide its kernel            four times as long
+    the gradient of a kernel of many channels, beside products of windows                   1.1 to 3.5 times
+    a convolution to few points, and its gradient by its input                              2.8 and 2.1
+    a transposed convolution from few points, and a convolution's gradient by its input     1.2 and 1.1
+    any other whose stride divides its kernel, beside one with stride 1 to patches          1.2
+
+A window is what a kernel covers of an image, row by row. Letters: N images, k kernel, s stride, c channels of the
+smaller image of h x h points, C of the larger of H x H; weights are (c, C, k, k) both for a convolution, which goes
+from the larger image to the smaller, and for a transposed one, which goes back.
 """
 
 from __future__ import annotations
@@ -12,24 +21,24 @@ import torch.nn.functional as F
 from torch import Tensor
 
 SIDE, COLOURS = 64, 3
+MANY = 96  # channels of the smaller image, from which on products pay
+DOWN, UP = 4, 8  # points a side of it, below which they pay for the way there, and for the way back
+PART = 1250  # windows at a time, which stay in the caches
 
 
 def pixels(patches: Tensor, stride: int) -> Tensor:
-    """The image that patches (..., G, G, P) are of: (N, 64, 64, 3)."""
-    grid = SIDE // stride
-    return patches.reshape(-1, grid, grid, stride, stride, COLOURS).transpose(2, 3).reshape(-1, SIDE, SIDE, COLOURS)
+    """The image that patches (N, G, G, s * s * C) are of: (N, G * s, G * s, C)."""
+    images, grid, _, numbers = patches.shape
+    blocks = patches.reshape(images, grid, grid, stride, stride, numbers // stride**2)
+    return blocks.transpose(2, 3).reshape(images, grid * stride, grid * stride, -1)
 
 
 def transposed_patch_kernel(weight: Tensor, stride: int) -> Tensor:
-    """Transposed weight (in, 3, k, k) to pixels -> convolution weight (P, in, k/s, k/s) to patches.
-
-    To be used with padding k/s - 1: a transposed convolution is a full correlation with the kernel
-    turned round, here patch by patch and not inside a patch.
-    """
-    inputs, colours, kernel, _ = weight.shape
+    """Transposed weight (c, C, k, k) to pixels -> (c, s * s * C, k/s, k/s) to patches, with stride 1."""
+    inputs, channels, kernel, _ = weight.shape
     reach = kernel // stride
-    blocks = weight.view(inputs, colours, reach, stride, reach, stride).flip(2, 4)
-    return blocks.permute(3, 5, 1, 0, 2, 4).reshape(stride * stride * colours, inputs, reach, reach)
+    blocks = weight.view(inputs, channels, reach, stride, reach, stride)
+    return blocks.permute(0, 3, 5, 1, 2, 4).reshape(inputs, stride * stride * channels, reach, reach)
 
 
 def as_computed(*tensors: Tensor) -> list[Tensor]:
@@ -49,19 +58,106 @@ def slopes(gradient: Tensor, x: Tensor, weight: Tensor, stride: int, padding: in
     return to_x, to_weight
 
 
+class Windows:
+    """A bfloat16 convolution or transposed one, as products on a CPU."""
+
+    def __init__(self, weight: Tensor, stride: int, points: int, size: int):
+        self.stride, self.points, self.size = stride, points, size
+        self.kernel, self.channels = weight.shape[-1], weight.shape[1]
+        self.matrix = weight.permute(0, 2, 3, 1).flatten(1)  # (c, k * k * C)
+        self.images = max(1, PART // points**2)
+
+    def cut(self, large: Tensor) -> Tensor:
+        """The windows: (N, C, H, H) -> (N * h * h, k * k * C)."""
+        large = large.contiguous(memory_format=torch.channels_last)
+        apart, _, row, column = large.stride()
+        shape = len(large), self.points, self.points, self.kernel, self.kernel * self.channels
+        cut = large.as_strided(shape, (apart, self.stride * row, self.stride * column, row, 1))
+        return cut.reshape(-1, self.matrix.shape[1])
+
+    def to_small(self, large: Tensor, bias: Tensor) -> Tensor:
+        """The convolution: (N, C, H, H) -> (N, c, h, h)."""
+        made = image(large, len(self.matrix), self.points)
+        torch.addmm(bias, self.cut(large), self.matrix.t(), out=rows(made))
+        return made
+
+    def to_large(self, small: Tensor) -> Tensor:
+        """The transposed convolution, without a bias: (N, c, h, h) -> (N, C, H, H)."""
+        made = image(small, self.channels, self.size)
+        for part, whole in zip(small.split(self.images), made.split(self.images), strict=True):
+            each = (rows(part) @ self.matrix).view(len(part), self.points, self.points, self.kernel, -1)
+            total = torch.zeros(len(part), self.size, self.size * self.channels)
+            for i in range(self.points):
+                for j in range(self.points):
+                    top, left = i * self.stride, j * self.stride * self.channels
+                    total[:, top:top + self.kernel, left:left + each.shape[-1]] += each[:, i, j]
+            whole.copy_(total.view(len(part), self.size, self.size, -1).permute(0, 3, 1, 2))
+        return made
+
+    def to_weight(self, small: Tensor, large: Tensor) -> Tensor:
+        """The derivative by the weight, of what went in and what arrives from the other side: (c, C, k, k)."""
+        found = torch.zeros(self.matrix.shape)
+        for part, whole in zip(small.split(self.images), large.split(self.images), strict=True):
+            found += rows(part).t() @ self.cut(whole)
+        return found.view(len(found), self.kernel, self.kernel, -1).permute(0, 3, 1, 2).to(small.dtype)
+
+
+def image(like: Tensor, channels: int, size: int) -> Tensor:
+    """Room for N images (N, channels, size, size), channels last."""
+    return torch.empty(len(like), channels, size, size, dtype=like.dtype, memory_format=torch.channels_last)
+
+
+def rows(x: Tensor) -> Tensor:
+    """(N, c, h, h) -> (N * h * h, c)"""
+    return x.permute(0, 2, 3, 1).flatten(0, 2)
+
+
+def by_products(x: Tensor, weight: Tensor, stride: int, transposed: bool) -> Windows | None:
+    """None where oneDNN is as quick, or it is not oneDNN that computes."""
+    if x.device.type != "cpu" or x.dtype != torch.bfloat16 or len(weight) < MANY:
+        return None
+    kernel, size = weight.shape[-1], x.shape[-1]
+    points, larger = (size, (size - 1) * stride + kernel) if transposed else ((size - kernel) // stride + 1, size)
+    return Windows(weight, stride, points, larger)
+
+
+def from_patches(patches: Tensor, stride: int) -> Tensor:
+    """(N, s * s * C, G, G) -> (N, C, G * s, G * s), channels last."""
+    images, numbers, grid, _ = patches.shape
+    made = image(patches, numbers // stride**2, grid * stride)
+    blocks = patches.permute(0, 2, 3, 1).reshape(images, grid, grid, stride, stride, -1)
+    made.permute(0, 2, 3, 1).view(images, grid, stride, grid, stride, -1).copy_(blocks.transpose(2, 3))
+    return made
+
+
 class _Convolution(torch.autograd.Function):
     @staticmethod
     def forward(ctx, x, weight, bias, stride, transposed):
         ctx.save_for_backward(x, weight)
         ctx.stride, ctx.transposed = stride, transposed
-        if transposed and weight.shape[-1] % stride and x.device.type == "cpu":
+        ctx.windows = windows = by_products(x, weight, stride, transposed)
+        if not transposed:
+            return windows.to_small(x, bias) if windows and windows.points < DOWN else F.conv2d(x, weight, bias, stride)
+        if windows and windows.points < UP:
+            return windows.to_large(x).add_(bias[:, None, None])
+        if weight.shape[-1] % stride and x.device.type == "cpu":
             return F.conv_transpose2d(x, weight, None, stride).add_(bias[:, None, None])
-        return (F.conv_transpose2d if transposed else F.conv2d)(x, weight, bias, stride)
+        if windows and stride > 1:
+            patches = F.conv_transpose2d(x, transposed_patch_kernel(weight, stride), bias.repeat(stride * stride))
+            return from_patches(patches, stride)
+        return F.conv_transpose2d(x, weight, bias, stride)
 
     @staticmethod
     def backward(ctx, gradient):
         x, weight = ctx.saved_tensors
-        to_x, to_weight = slopes(gradient, x, weight, ctx.stride, 0, ctx.transposed, ctx.needs_input_grad[:2])
+        windows, (by_x, by_weight, *_) = ctx.windows, ctx.needs_input_grad
+        up = windows and windows.points < UP and not ctx.transposed
+        to_x, to_weight = slopes(gradient, x, weight, ctx.stride, 0, ctx.transposed,
+                                 (by_x and not up, by_weight and not windows))
+        if by_x and up:
+            to_x = windows.to_large(gradient)
+        if by_weight and windows:
+            to_weight = windows.to_weight(*((x, gradient) if ctx.transposed else (gradient, x)))
         return to_x, to_weight, gradient.sum((0, 2, 3)), None, None
 
 
@@ -70,25 +166,6 @@ def convolution(x: Tensor, weight: Tensor, bias: Tensor, stride: int = 1, transp
     return _Convolution.apply(*as_computed(x, weight, bias), stride, transposed)
 
 
-class _ToPatches(torch.autograd.Function):
-    """Forward and by x on patches, by the weight on pixels."""
-
-    @staticmethod
-    def forward(ctx, x, weight, bias, stride):
-        kernel = transposed_patch_kernel(weight, stride)
-        ctx.save_for_backward(x, weight, kernel)
-        ctx.stride = stride
-        return F.conv2d(x, kernel, bias.repeat(stride * stride), padding=kernel.shape[-1] - 1)
-
-    @staticmethod
-    def backward(ctx, gradient):
-        x, weight, kernel = ctx.saved_tensors
-        to_x, _ = slopes(gradient, x, kernel, 1, kernel.shape[-1] - 1, False, (True, False))
-        image = pixels(gradient.permute(0, 2, 3, 1), ctx.stride).permute(0, 3, 1, 2)
-        _, to_weight = slopes(image, x, weight, ctx.stride, 0, True, (False, True))
-        return to_x, to_weight, image.sum((0, 2, 3)), None
-
-
 def to_patches_of(x: Tensor, weight: Tensor, bias: Tensor, stride: int) -> Tensor:
-    """F.conv_transpose2d(x, weight, bias, stride) to 64 x 64 pixels, given as patches (N, P, G, G)."""
-    return _ToPatches.apply(*as_computed(x, weight, bias), stride)
+    """F.conv_transpose2d(x, weight, bias, stride) as patches (N, s * s * C, G, G); the stride divides the kernel."""
+    return convolution(x, transposed_patch_kernel(weight, stride), bias.repeat(stride * stride), transposed=True)

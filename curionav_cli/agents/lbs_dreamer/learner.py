@@ -28,9 +28,9 @@ class Networks(nn.Module):
     def __init__(self, hyper: agent_schema.LBSDreamer):
         super().__init__()
         self.world_model = WorldModel(hyper, ACTIONS)
-        features, units, layers = self.world_model.rssm.features, hyper.mlp_units, hyper.mlp_layers
-        self.curiosity = curiosity(hyper, self.world_model.rssm)
-        self.behaviour = Behaviour(features, ACTIONS, units, layers)
+        rssm = self.world_model.rssm
+        self.curiosity = curiosity(hyper, rssm)
+        self.behaviour = Behaviour(rssm.features, ACTIONS, hyper.mlp_units, hyper.mlp_layers, rssm.stoch)
         self.stream_norm = StreamNorm(hyper.reward_momentum, hyper.reward_centring)
 
 
@@ -135,15 +135,13 @@ class Learner:
         with self._precision():
             starts = chosen_states(states, noise.shape[1], start_noise)
             imagined = behaviour.imagine(networks.world_model.rssm, starts, noise)
-            features, action = imagined
             reward = networks.curiosity.reward(imagined).detach()
             scaled = networks.stream_norm(reward)
-            value = behaviour.slow_values(features)
+            value = behaviour.slow_values(imagined)
             target, advantage = targets_and_advantage(scaled, value, hyper.gamma, hyper.return_lambda)
-        with self._precision():  # anew: weights that were cast without gradients are forgotten in between
-            actor_loss, entropy = behaviour.actor_loss(
-                features[:-2], action[:-1], advantage, hyper.gamma, hyper.entropy)
-            critic_loss = behaviour.critic_loss(features[:-1], target, hyper.gamma)
+            actor_loss, entropy = behaviour.actor_loss(imagined, advantage, hyper.gamma, hyper.entropy)
+            critic_loss = behaviour.critic_loss(imagined, target, hyper.gamma)
+        action = imagined.action
         metrics = {
             "curiosity_reward": reward.mean(), "curiosity_reward_deviation": reward.std(), "reward": scaled.mean(),
             "reward_deviation": scaled.std(), "reward_magnitude": networks.stream_norm.magnitude.clone(),

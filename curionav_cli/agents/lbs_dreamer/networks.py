@@ -1,4 +1,4 @@
-"""Encoder, decoder and MLP (DreamerV2, appendix D), with images held as patches.
+"""Encoder and decoder (DreamerV2, appendix D), with images held as patches.
 
 Letters: N frames, k kernel, s stride, G = 64 / s patches a side, P = 3 s s numbers of a patch, E embedding.
 
@@ -9,7 +9,6 @@ patches, which is faster by half and exact; the parameters keep their usual shap
 
 from __future__ import annotations
 
-from itertools import pairwise
 from typing import cast
 
 import torch
@@ -23,8 +22,9 @@ def to_patches(image: Tensor, stride: int) -> Tensor:
     """Images (..., 64, 64, 3) uint8 -> patches (N, G, G, P) float in [-0.5, 0.5]."""
     grid = SIDE // stride
     word = {0: torch.int32, 2: torch.int16}.get(stride * COLOURS % 4, torch.uint8)  # several bytes at a time
-    blocks = image.view(-1, grid, stride, grid, stride * COLOURS).view(word).transpose(2, 3)
-    return blocks.reshape(-1, grid, grid, stride * blocks.shape[-1]).view(torch.uint8).float().mul_(1 / 255).sub_(0.5)
+    rows = image.view(-1, grid, stride, grid, stride * COLOURS).view(word).unbind(2)  # of a patch
+    patches = torch.stack(rows, 3).view(torch.uint8).flatten(3)
+    return patches.float().mul_(1 / 255).sub_(0.5)
 
 
 def to_images(patches: Tensor, stride: int) -> Tensor:
@@ -104,18 +104,3 @@ class Decoder(nn.Module):
         weight = layer.weight.permute(0, 2, 3, 1).reshape(inputs, -1)
         y = torch.addmm(cast(Tensor, layer.bias).repeat(kernel * kernel), x, weight)
         return y.view(-1, kernel, kernel, out).permute(0, 3, 1, 2)
-
-
-class MLP(nn.Module):
-    """Dense layers with ELU and one linear output: (..., inputs) -> (..., outputs)."""
-
-    def __init__(self, inputs: int, units: int, layers: int, outputs: int):
-        super().__init__()
-        sizes = [inputs] + [units] * layers
-        self.layers = nn.ModuleList(nn.Linear(i, o) for i, o in pairwise(sizes))
-        self.out = nn.Linear(units, outputs)
-
-    def forward(self, x: Tensor) -> Tensor:
-        for layer in self.layers:
-            x = F.elu(layer(x), inplace=True)
-        return self.out(x)

@@ -16,7 +16,10 @@ import torch.nn.functional as F
 from torch import Tensor, nn
 
 from curionav_cli.agents.lbs_dreamer import latent
+from curionav_cli.agents.lbs_dreamer.mlp import columns_of, summed
 from curionav_cli.agents.lbs_dreamer.scan import PLAIN, Weights, scan
+
+MANY = 500  # rows from which on a sum of a weight's columns, laid out for that, is quicker than a product
 
 
 class State(NamedTuple):
@@ -83,6 +86,13 @@ class RSSM(nn.Module):
     def features(self) -> int:
         return self.stoch + self.deter
 
+    def ones(self, state: State) -> Tensor | None:
+        """Which numbers of stoch are its one-hots' ones, (..., S) int64; None where sums by them would not pay."""
+        if state.stoch.device.type != "cpu" or len(state.stoch) < MANY:
+            return None
+        hot = state.stoch.unflatten(-1, (self.latents, self.classes))
+        return (hot @ torch.arange(self.classes, dtype=hot.dtype)).long() + self.classes * torch.arange(self.latents)
+
     def initial(self, batch: int) -> State:
         """The state before an episode, or before a sequence cut out of one: zeros."""
         weight = self.img_in.weight
@@ -97,9 +107,13 @@ class RSSM(nn.Module):
         """The observation's share of the posterior's first layer: (..., E) -> (..., U)."""
         return F.linear(embed, self.obs_out.weight[:, self.deter:], self.obs_out.bias)
 
-    def recur(self, state: State, action_input: Tensor) -> Tensor:
-        """h_t from step t - 1 and the action between: (B, D)."""
-        x = F.elu(torch.addmm(action_input, state.stoch, self.img_in.weight[:, :self.stoch].t()))
+    def recur(self, state: State, action_input: Tensor, ones: Tensor | None = None) -> Tensor:
+        """h_t from step t - 1 and the action between: (B, D). ones: of the state, if they are known."""
+        weight = self.img_in.weight[:, :self.stoch]
+        if ones is None:
+            x = F.elu(torch.addmm(action_input, state.stoch, weight.t()))
+        else:
+            x = F.elu(action_input + summed(ones, columns_of(weight)))
         return gru(x, state.deter, self.gru, self.gru_norm)
 
     def prior(self, deter: Tensor) -> Tensor:
@@ -118,9 +132,9 @@ class RSSM(nn.Module):
         logits = self.posterior(deter, embed_input)
         return State(deter, latent.sample(logits, noise).flatten(-2)), logits
 
-    def imagine(self, state: State, action_input: Tensor, noise: Tensor) -> State:
+    def imagine(self, state: State, action_input: Tensor, noise: Tensor, ones: Tensor | None = None) -> State:
         """One step that does not: z_t is drawn from the dynamics, and carries no gradient."""
-        deter = self.recur(state, action_input)
+        deter = self.recur(state, action_input, ones)
         return State(deter, latent.draw(self.prior(deter), noise)[0].flatten(-2))
 
     def observe(self, state: State, embed: Tensor, action: Tensor, noise: Tensor) -> Observed:

@@ -57,7 +57,7 @@ class Step(NamedTuple):
     deter: Tensor  # h_t (B, D)
     stoch: Tensor  # z_t (B, S * C)
     logits: Tensor  # l_t (B, S, C)
-    probs: Tensor  # softmax(l_t), class by class (B, C, S)
+    probs: Tensor  # softmax(l_t), as latent.py lays it out
     joined: Tensor  # [x, h_{t-1}] (B, U + D)
     gates: Tensor  # g (B, 3 D)
     normed: Tensor  # [r, c, u] (B, 3 D)

@@ -25,7 +25,10 @@ class OneState:
     def action_input(self, action):
         return action
 
-    def imagine(self, state, action_input, noise):
+    def ones(self, state):
+        return None
+
+    def imagine(self, state, action_input, noise, ones):
         return state
 
 
@@ -41,8 +44,9 @@ def lives(behaviour):
 def test_reinforce_is_the_gradient_of_the_expected_return(behaviour, lives):
     """Three arms that pay 1, 2 and 4: the estimate against autograd of sum pi(a) r(a)."""
     pay = torch.tensor([1.0, 2.0, 4.0])
-    features, action = lives(200_000)
-    loss, _ = behaviour.actor_loss(features[:1], action, pay[action] - 2.0, 0.99, 0.0)
+    imagined = lives(200_000)
+    features, action, *_ = imagined
+    loss, _ = behaviour.actor_loss(imagined, pay[action] - 2.0, 0.99, 0.0)
     weights = tuple(behaviour.actor.parameters())
     estimate = torch.autograd.grad(loss, weights)
     exact = torch.autograd.grad(-(behaviour.actor(features[0, 0]).softmax(-1) * pay).sum(), weights)
@@ -50,20 +54,27 @@ def test_reinforce_is_the_gradient_of_the_expected_return(behaviour, lives):
         torch.testing.assert_close(ours, truth, atol=0.01, rtol=0.03)
 
 
+def test_what_the_actor_made_in_imagination_is_what_it_makes_of_the_states(behaviour, lives):
+    imagined = lives(5, horizon=3)
+    assert len(imagined.actor) == 2
+    for known, truth in zip(imagined.actor, behaviour.actor.activations(imagined.features[:3]), strict=True):
+        torch.testing.assert_close(known, truth)
+
+
 def test_entropy_bonus_and_its_scale(behaviour, lives):
-    features, action = lives(5)
+    imagined = lives(5)
     nothing = torch.zeros(1, 5)
-    loss, entropy = behaviour.actor_loss(features[:1], action, nothing, 0.99, 0.5)
-    probs = behaviour.actor(features[0, 0]).softmax(-1)
+    loss, entropy = behaviour.actor_loss(imagined, nothing, 0.99, 0.5)
+    probs = behaviour.actor(imagined.features[0, 0]).softmax(-1)
     torch.testing.assert_close(entropy, -(probs * probs.log()).sum())
     torch.testing.assert_close(loss, -0.5 * entropy)
 
 
 def test_steps_count_less_the_later_they_come(behaviour, lives):
-    features, action = lives(4, horizon=3)
+    imagined = lives(4, horizon=3)
     advantage = torch.tensor([[0.0], [0.0], [1.0]]).expand(3, 4)
-    late, _ = behaviour.actor_loss(features[:3], action, advantage, 0.5, 0.0)
-    log_policy = behaviour.actor(features[2]).log_softmax(-1).gather(-1, action[2][:, None])
+    late, _ = behaviour.actor_loss(imagined, advantage, 0.5, 0.0)
+    log_policy = behaviour.actor(imagined.features[2]).log_softmax(-1).gather(-1, imagined.action[2][:, None])
     torch.testing.assert_close(late, -0.25 * log_policy.mean() / 3)
 
 
@@ -79,21 +90,21 @@ def test_the_actor_finds_the_arm_that_pays_and_without_pay_stays_open(behaviour,
     for pays, settled in ((0.0, math.log(3)), (1.0, 0.0)):
         optimiser = Optimiser(behaviour.actor, 0.01, 1e-5, 1e-6, 100)
         for seed in range(150):
-            features, action = lives(32, horizon=2, seed=seed)
-            advantage = pays * (action == 0).float() - pays / 3
-            loss, entropy = behaviour.actor_loss(features[:2], action, advantage, 0.99, 1e-2)
+            imagined = lives(32, horizon=2, seed=seed)
+            advantage = pays * (imagined.action == 0).float() - pays / 3
+            loss, entropy = behaviour.actor_loss(imagined, advantage, 0.99, 1e-2)
             optimiser.step(loss)
         assert entropy.item() == pytest.approx(settled, abs=0.2)
-    assert (action == 0).float().mean() > 0.9
+    assert (imagined.action == 0).float().mean() > 0.9
 
 
 def test_the_critic_learns_the_target(behaviour, lives):
-    features, _ = lives(8, horizon=3)
+    imagined = lives(8, horizon=3)
     target = torch.full((3, 8), 2.0)
     optimiser = Optimiser(behaviour.critic, 0.02, 1e-5, 1e-6, 100)
     losses = []
     for _ in range(100):
-        loss = behaviour.critic_loss(features[:3], target, 0.99)
+        loss = behaviour.critic_loss(imagined, target, 0.99)
         losses.append(loss.item())
         optimiser.step(loss)
     assert losses[-1] < 1e-3 * losses[0]

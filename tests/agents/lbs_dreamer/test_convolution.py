@@ -4,7 +4,7 @@ import pytest
 import torch
 import torch.nn.functional as F
 
-from curionav_cli.agents.lbs_dreamer.convolution import convolution, pixels, to_patches_of
+from curionav_cli.agents.lbs_dreamer.convolution import MANY, by_products, convolution, pixels, to_patches_of
 
 
 def tensors(*shapes):
@@ -33,3 +33,27 @@ def test_patches_are_the_pixels_of_a_transposed_convolution(inputs, kernel, stri
     for one, other in zip(found, true, strict=True):
         limit = 0.02 * other.abs().max() if half else 1e-10 * other.abs().max()
         torch.testing.assert_close(one, other, rtol=0, atol=float(limit))
+
+
+@pytest.mark.parametrize("transposed, size, kernel, stride", [
+    (False, 7, 4, 2),  # to few points, and a row that no window reaches
+    (False, 14, 4, 2),  # back from a few more
+    (False, 20, 4, 2),
+    (True, 5, 5, 2),  # a stride that does not divide its kernel
+    (True, 9, 6, 2),  # one that does
+])
+def test_products_of_windows_are_convolutions(monkeypatch, transposed, size, kernel, stride):
+    """In bfloat16 and with many channels, in several parts, against torch's own in float64."""
+    monkeypatch.setattr("curionav_cli.agents.lbs_dreamer.convolution.PART", 2 * size**2)
+    many, few = MANY, 8
+    given = tensors((5, many if transposed else few, size, size), (many, few, kernel, kernel),
+                    (few if transposed else many,))
+    assert by_products(given[0].bfloat16(), given[1], stride, transposed)
+    with torch.autocast("cpu", torch.bfloat16):
+        ours = convolution(*given, stride, transposed)
+    truth = (F.conv_transpose2d if transposed else F.conv2d)(*given, stride)
+    assert ours.shape == truth.shape and ours.dtype == torch.bfloat16
+    slope = torch.randn(truth.shape, dtype=torch.float64, generator=torch.Generator().manual_seed(1))
+    found, true = (torch.autograd.grad((y.double() * slope).sum(), given) for y in (ours, truth))
+    for one, other in zip((ours, *found), (truth, *true), strict=True):
+        assert (one - other).norm() < 0.006 * other.norm()

@@ -13,8 +13,12 @@ def logits():
     return lambda *shape: torch.randn(*shape, generator=generator) * 2
 
 
-def test_kl_is_that_of_torch_distributions(logits):
-    q, p = logits(5, 3, 4, 6), logits(5, 3, 4, 6)
+CLASSES = pytest.mark.parametrize("classes", [6, latent.FEW])  # few, and as many as are laid out otherwise
+
+
+@CLASSES
+def test_kl_is_that_of_torch_distributions(logits, classes):
+    q, p = logits(5, 3, 4, classes), logits(5, 3, 4, classes)
     truth = kl_divergence(*(Independent(OneHotCategorical(logits=x), 1) for x in (q, p)))
     torch.testing.assert_close(latent.kl(q, p), truth)
 
@@ -32,8 +36,9 @@ def gradients(posterior, prior, loss):
     return value.detach(), *torch.autograd.grad(value, (posterior, prior))
 
 
-def test_the_gradient_of_kl_is_that_of_finite_differences_and_of_autograd(logits):
-    q, p = (logits(2, 3, 4).double().requires_grad_() for _ in range(2))
+@CLASSES
+def test_the_gradient_of_kl_is_that_of_finite_differences_and_of_autograd(logits, classes):
+    q, p = (logits(2, 3, classes).double().requires_grad_() for _ in range(2))
     assert torch.autograd.gradcheck(latent.kl, (q, p))
     weight = torch.tensor([2.0, -3.0])
     plain = (q.softmax(-1) * (q.log_softmax(-1) - p.log_softmax(-1))).sum((-2, -1))
@@ -67,9 +72,17 @@ def test_free_nats_are_taken_off_the_mean_and_not_off_each_step():
     assert to_p[0].abs().max() > 1e-3
 
 
-def test_a_sample_is_one_hot_and_its_gradient_that_of_the_probabilities(logits):
-    x = logits(3, 4, 5).requires_grad_()
-    weight = logits(3, 4, 5)
+@CLASSES
+def test_the_gradients_of_kl_have_the_types_of_its_logits(logits, classes):
+    q, p = logits(3, classes).bfloat16().requires_grad_(), logits(3, classes).requires_grad_()
+    latent.kl(q, p).backward()
+    assert (q.grad.dtype, p.grad.dtype) == (torch.bfloat16, torch.float32)
+
+
+@CLASSES
+def test_a_sample_is_one_hot_and_its_gradient_that_of_the_probabilities(logits, classes):
+    x = logits(3, 4, classes).requires_grad_()
+    weight = logits(3, 4, classes)
     drawn = latent.sample(x, torch.rand(3, 4, generator=torch.Generator().manual_seed(1)))
     assert set(drawn.unique().tolist()) == {0.0, 1.0} and (drawn.sum(-1) == 1).all()
     (ours,) = torch.autograd.grad((drawn * weight).sum(), x)
@@ -93,5 +106,6 @@ def test_rounding_never_draws_beyond_the_last_class():
     assert latent.inverse_cdf(torch.tensor([[0.0, 1.0]]), torch.tensor([0.0])) == 1
 
 
-def test_entropy():
-    torch.testing.assert_close(latent.entropy(torch.zeros(2, 3)), torch.full((2,), 3.0).log())
+@CLASSES
+def test_entropy(classes):
+    torch.testing.assert_close(latent.entropy(torch.zeros(2, classes)), torch.full((2,), float(classes)).log())

@@ -6,8 +6,9 @@ import pytest
 import torch
 from torch import nn
 
+from curionav_cli.agents.lbs_dreamer import latent
 from curionav_cli.agents.lbs_dreamer.networks import initialise
-from curionav_cli.agents.lbs_dreamer.rssm import RSSM, State, gru, one_hot_action
+from curionav_cli.agents.lbs_dreamer.rssm import MANY, RSSM, State, gru, one_hot_action
 
 T, B, E = 5, 2, 6
 
@@ -114,3 +115,18 @@ def test_sequences_of_a_batch_do_not_touch_each_other(rssm, inputs):
     changed[:, 0] += 1
     one, other = (rssm.observe(rssm.initial(B), e, action, noise).posterior for e in (embed, changed))
     assert (one[:, 1] == other[:, 1]).all() and (one[:, 0] != other[:, 0]).any()
+
+
+def test_imagining_many_states_by_their_ones_is_imagining_them_by_products(rssm):
+    generator = torch.Generator().manual_seed(3)
+    state = State(torch.rand(MANY, 8, generator=generator),
+                  latent.draw(torch.randn(MANY, 3, 4, generator=generator), torch.rand(MANY, 3))[0].flatten(-2))
+    ones = rssm.ones(state)
+    assert (torch.zeros_like(state.stoch).scatter(-1, ones, 1.0) == state.stoch).all()
+    action, noise = rssm.action_input(torch.zeros(MANY, dtype=torch.int64)), torch.rand(MANY, 3, generator=generator)
+    torch.testing.assert_close(rssm.recur(state, action, ones), rssm.recur(state, action))
+    assert (rssm.imagine(state, action, noise, ones).stoch == rssm.imagine(state, action, noise).stoch).all()
+
+
+def test_few_states_are_not_worth_looking_for_their_ones(rssm):
+    assert rssm.ones(State(torch.zeros(MANY - 1, 8), torch.zeros(MANY - 1, 12))) is None

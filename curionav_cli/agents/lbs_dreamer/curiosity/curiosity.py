@@ -11,7 +11,7 @@ import torch
 from torch import Tensor, nn
 
 from curionav_cli.agents.lbs_dreamer.behaviour import Imagined
-from curionav_cli.agents.lbs_dreamer.networks import MLP
+from curionav_cli.agents.lbs_dreamer.mlp import MLP
 from curionav_cli.agents.lbs_dreamer.rssm import RSSM, Observed
 from curionav_cli.agents.lbs_dreamer.world_model import Sequences
 
@@ -40,7 +40,7 @@ class Head(Curiosity):
 
     def __init__(self, rssm: RSSM, units: int, layers: int, burn_in: int):
         super().__init__(rssm, units, layers, burn_in)
-        self.head = MLP(rssm.features, units, layers, 1)
+        self.head = MLP(rssm.features, units, layers, 1, rssm.stoch)
 
     @abstractmethod
     def target(self, seen: Observed, data: Sequences, noise: Tensor) -> Tensor:
@@ -56,7 +56,7 @@ class Head(Curiosity):
                       "curiosity_correlation": correlation(predicted.detach(), target, mask)}
 
     def reward(self, imagined: Imagined) -> Tensor:
-        return self.head(imagined.features).squeeze(-1).float().clamp(min=0)
+        return self.head(imagined.features, imagined.ones).squeeze(-1).float().clamp(min=0)
 
 
 def settled(steps: int, is_start: Tensor, burn_in: int) -> Tensor:

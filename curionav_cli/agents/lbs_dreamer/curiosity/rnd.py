@@ -10,7 +10,7 @@ from torch import Tensor
 
 from curionav_cli.agents.lbs_dreamer.behaviour import Imagined
 from curionav_cli.agents.lbs_dreamer.curiosity.curiosity import Curiosity, masked_mean, settled
-from curionav_cli.agents.lbs_dreamer.networks import MLP
+from curionav_cli.agents.lbs_dreamer.mlp import MLP
 from curionav_cli.agents.lbs_dreamer.rssm import RSSM, Observed
 from curionav_cli.agents.lbs_dreamer.world_model import Sequences
 
@@ -20,8 +20,8 @@ class RND(Curiosity):
 
     def __init__(self, rssm: RSSM, units: int, layers: int, burn_in: int):
         super().__init__(rssm, units, layers, burn_in)
-        self.frozen = MLP(rssm.features, units, layers, units).requires_grad_(False)
-        self.learner = MLP(rssm.features, units, layers, units)
+        self.frozen = MLP(rssm.features, units, layers, units, rssm.stoch).requires_grad_(False)
+        self.learner = MLP(rssm.features, units, layers, units, rssm.stoch)
 
     def error(self, features: Tensor) -> Tensor:
         """(..., F) -> (...)"""
