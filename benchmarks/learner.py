@@ -55,16 +55,17 @@ class Row(NamedTuple):
     contender: str
     precision: str
     overrides: tuple[str, ...] = ()
+    what: str = ""  # the overrides are, in words
 
     def __str__(self) -> str:
-        same = self.contender == "curionav" and self.overrides
-        return f"{self.contender}{', the same work' if same else ''}, {self.precision}"
+        return ", ".join(filter(None, (self.contender, self.what, self.precision)))
 
 
 PAPER = [Row(name, precision) for name in ("curionav", "sheeprl") for precision in ("float32", "bfloat16")]
 ROWS = {
-    "paper": [*PAPER, Row("dreamerv2", "float32")],
-    "cpu": [*PAPER[:2], Row("curionav", "float32", PEERS_WORK),
+    "paper": [*PAPER[:2], Row("curionav", "bfloat16", ("agent.decoded_share=0.5",), "half of the frames drawn"),
+              *PAPER[2:], Row("dreamerv2", "float32")],
+    "cpu": [*PAPER[:2], Row("curionav", "float32", PEERS_WORK, "the same work"),
             *(row._replace(overrides=PEERS_WORK) for row in (*PAPER[2:], Row("dreamerv2", "float32")))],
 }
 

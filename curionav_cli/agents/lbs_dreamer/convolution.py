@@ -3,11 +3,10 @@
 Some of oneDNN's are slow: the gradient of a bias, which it finds together with the weight's (a plain sum takes a
 hundredth of that), and in bfloat16, beside what is done here, at the shapes of scale=paper (one core of an AMD EPYC):
 
-    a transposed convolution with a bias whose stride does not divide its kernel            four times as long
-    the gradient of a kernel of many channels, beside products of windows                   1.1 to 3.5 times
-    a convolution to few points, and its gradient by its input                              2.8 and 2.1
-    a transposed convolution from few points, and a convolution's gradient by its input     1.2 and 1.1
-    any other whose stride divides its kernel, beside one with stride 1 to patches          1.2
+    a transposed convolution with a bias whose stride does not divide its kernel        four times as long
+    the gradient of a kernel of many channels, beside products of windows               1.1 to 3.5 times
+    a convolution to few points, and its gradient by its input                          2.8 and 2.1
+    a transposed convolution whose stride divides its kernel, beside stride 1 to patches  1.2
 
 A window is what a kernel covers of an image, row by row. Letters: N images, k kernel, s stride, c channels of the
 smaller image of h x h points, C of the larger of H x H; weights are (c, C, k, k) both for a convolution, which goes
@@ -22,7 +21,7 @@ from torch import Tensor
 
 SIDE, COLOURS = 64, 3
 MANY = 96  # channels of the smaller image, from which on products pay
-DOWN, UP = 4, 8  # points a side of it, below which they pay for the way there, and for the way back
+FEW = 4  # points a side of it, below which they pay for a convolution and its gradient by the input
 PART = 1250  # windows at a time, which stay in the caches
 
 
@@ -82,7 +81,7 @@ class Windows:
         return made
 
     def to_large(self, small: Tensor) -> Tensor:
-        """The transposed convolution, without a bias: (N, c, h, h) -> (N, C, H, H)."""
+        """The gradient by the input: (N, c, h, h) -> (N, C, H, H)."""
         made = image(small, self.channels, self.size)
         for part, whole in zip(small.split(self.images), made.split(self.images), strict=True):
             each = (rows(part) @ self.matrix).view(len(part), self.points, self.points, self.kernel, -1)
@@ -137,9 +136,7 @@ class _Convolution(torch.autograd.Function):
         ctx.stride, ctx.transposed = stride, transposed
         ctx.windows = windows = by_products(x, weight, stride, transposed)
         if not transposed:
-            return windows.to_small(x, bias) if windows and windows.points < DOWN else F.conv2d(x, weight, bias, stride)
-        if windows and windows.points < UP:
-            return windows.to_large(x).add_(bias[:, None, None])
+            return windows.to_small(x, bias) if windows and windows.points < FEW else F.conv2d(x, weight, bias, stride)
         if weight.shape[-1] % stride and x.device.type == "cpu":
             return F.conv_transpose2d(x, weight, None, stride).add_(bias[:, None, None])
         if windows and stride > 1:
@@ -151,7 +148,7 @@ class _Convolution(torch.autograd.Function):
     def backward(ctx, gradient):
         x, weight = ctx.saved_tensors
         windows, (by_x, by_weight, *_) = ctx.windows, ctx.needs_input_grad
-        up = windows and windows.points < UP and not ctx.transposed
+        up = windows and windows.points < FEW and not ctx.transposed
         to_x, to_weight = slopes(gradient, x, weight, ctx.stride, 0, ctx.transposed,
                                  (by_x and not up, by_weight and not windows))
         if by_x and up:

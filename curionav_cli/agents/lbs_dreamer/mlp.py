@@ -21,7 +21,7 @@ import torch.nn.functional as F
 from torch import Tensor, nn
 
 from curionav_cli.agents.lbs_dreamer.convolution import as_computed
-from curionav_cli.agents.lbs_dreamer.scan import elu_backward
+from curionav_cli.agents.lbs_dreamer.elu import elu_, elu_backward
 
 PART = 2500  # rows at a time
 
@@ -63,9 +63,9 @@ class MLP(nn.Module):
         else:
             made = F.linear(x[..., self.hot:], first.weight[:, self.hot:], first.bias)
             made += summed(ones, self.columns() if columns is None else columns)
-        found = [F.elu(made, inplace=True)]
+        found = [elu_(made)]
         for layer in rest:
-            found.append(F.elu(layer(found[-1]), inplace=True))
+            found.append(elu_(layer(found[-1])))
         return [*found, self.out(found[-1])]
 
     @torch.no_grad()

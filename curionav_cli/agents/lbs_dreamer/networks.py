@@ -12,10 +12,10 @@ from __future__ import annotations
 from typing import cast
 
 import torch
-import torch.nn.functional as F
 from torch import Tensor, nn
 
 from curionav_cli.agents.lbs_dreamer.convolution import COLOURS, SIDE, convolution, pixels, to_patches_of
+from curionav_cli.agents.lbs_dreamer.elu import elu
 
 
 def to_patches(image: Tensor, stride: int) -> Tensor:
@@ -69,9 +69,8 @@ class Encoder(nn.Module):
         first, *rest = cast(list[nn.Conv2d], self.layers)
         x = convolution(patches.permute(0, 3, 1, 2), patch_kernel(first.weight, self.stride), cast(Tensor, first.bias))
         for layer in rest:
-            x = convolution(F.elu(x, inplace=True), layer.weight, cast(Tensor, layer.bias), layer.stride[0])
-        x = F.elu(x, inplace=True)
-        return x.permute(0, 2, 3, 1).flatten(1)  # (N, E), rows and columns before channels as in Keras
+            x = convolution(elu(x), layer.weight, cast(Tensor, layer.bias), layer.stride[0])
+        return elu(x).permute(0, 2, 3, 1).flatten(1)  # (N, E), rows and columns before channels as in Keras
 
 
 class Decoder(nn.Module):
@@ -91,10 +90,9 @@ class Decoder(nn.Module):
 
     def forward(self, features: Tensor) -> Tensor:
         first, *middle, last = cast(list[nn.ConvTranspose2d], self.layers)
-        x = F.elu(self._from_point(first, self.dense(features)))
+        x = elu(self._from_point(first, self.dense(features)))
         for layer in middle:
-            x = convolution(x, layer.weight, cast(Tensor, layer.bias), layer.stride[0], transposed=True)
-            x = F.elu(x, inplace=True)
+            x = elu(convolution(x, layer.weight, cast(Tensor, layer.bias), layer.stride[0], transposed=True))
         return to_patches_of(x, last.weight, cast(Tensor, last.bias), self.stride).permute(0, 2, 3, 1)
 
     @staticmethod

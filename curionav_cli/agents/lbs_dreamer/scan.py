@@ -30,6 +30,7 @@ import torch.nn.functional as F
 from torch import Tensor
 
 from curionav_cli.agents.lbs_dreamer import latent
+from curionav_cli.agents.lbs_dreamer.elu import elu_backward
 
 aten = torch.ops.aten
 
@@ -96,10 +97,6 @@ def parts_backward(gradient: Tensor, before: Tensor, normed: Tensor) -> tuple[Te
     to_reset = aten.sigmoid_backward.default(inner * candidate, reset)
     to_update = aten.sigmoid_backward.default(gradient * (proposal - before), update)
     return torch.cat([to_reset, inner * reset, to_update], -1), gradient - to_proposal
-
-
-def elu_backward(gradient: Tensor, result: Tensor) -> Tensor:
-    return aten.elu_backward.default(gradient, 1, 1, 1, True, result)
 
 
 class Slope(NamedTuple):

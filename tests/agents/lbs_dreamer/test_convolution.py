@@ -37,8 +37,7 @@ def test_patches_are_the_pixels_of_a_transposed_convolution(inputs, kernel, stri
 
 @pytest.mark.parametrize("transposed, size, kernel, stride", [
     (False, 7, 4, 2),  # to few points, and a row that no window reaches
-    (False, 14, 4, 2),  # back from a few more
-    (False, 20, 4, 2),
+    (False, 14, 4, 2),
     (True, 5, 5, 2),  # a stride that does not divide its kernel
     (True, 9, 6, 2),  # one that does
 ])

@@ -1,0 +1,37 @@
+"""ELU by powers of two against torch's, and its gradient against autograd."""
+
+import pytest
+import torch
+import torch.nn.functional as F
+
+from curionav_cli.agents.lbs_dreamer.elu import ENOUGH, elu, elu_
+
+VALUES = torch.cat([torch.linspace(-30, 30, ENOUGH), -torch.logspace(-8, 1.9, ENOUGH)])
+
+
+@pytest.mark.parametrize("part", [1000, 2**20])
+def test_float32_is_right_to_a_ten_millionth(monkeypatch, part):
+    monkeypatch.setattr("curionav_cli.agents.lbs_dreamer.elu.PART", part)
+    truth = F.elu(VALUES.double())
+    assert (elu_(VALUES.clone()) - truth).abs().max() <= 1.2e-7 * 30  # the last bit of 30
+    below = VALUES < 0
+    assert (elu_(VALUES.clone()) - truth)[below].abs().max() <= 1.2e-7
+
+
+def test_bfloat16_is_torchs_but_for_the_smallest():
+    x = VALUES.bfloat16()
+    ours, theirs = elu_(x.clone()), F.elu(x)
+    assert (ours == theirs)[x.abs() > 1e-4].all() and (ours - theirs).abs().max() <= 1e-7
+
+
+def test_what_is_not_a_number_or_not_finite():
+    given = torch.tensor([torch.nan, torch.inf, -torch.inf, 1e5, -1e5, 0.0]).repeat(ENOUGH)
+    torch.testing.assert_close(elu_(given.clone()), F.elu(given), equal_nan=True)
+
+
+@pytest.mark.parametrize("kind", [torch.float32, torch.float64])
+def test_its_gradient_is_that_of_torchs(kind):
+    x = VALUES.to(kind).requires_grad_()
+    slope = torch.linspace(-1, 2, len(x), dtype=kind)
+    found, truth = (torch.autograd.grad((y * slope).sum(), x)[0] for y in (elu(x * 1), F.elu(x * 1)))
+    torch.testing.assert_close(found, truth)
