@@ -208,7 +208,7 @@ def section(scale: str, device: str, repeats: int, only: str, peers: Path) -> st
     versions = sorted({name for numbers in measured.values() for name in numbers.versions})
     lines = [f"scale={scale}, device={device}. {place(device)}, {date.today()}; {', '.join(versions)}; n = {repeats}; "
              f"load average {before:.1f} before and {os.getloadavg()[0]:.1f} after.\n"]
-    work = dense(hyper(scale, ())[1])
+    work = dense(hyper(scale, ())[1], again=False)
     for precision in ("float32", "bfloat16"):
         low, middle, high = np.quantile([peak[precision] for peak in peaks], (0.25, 0.5, 0.75))
         lines.append(f"- Peak in {precision}: {middle:.4g} GFLOP/s, quartiles {low:.4g} to {high:.4g}. At it an update "

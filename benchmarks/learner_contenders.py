@@ -37,8 +37,11 @@ def resident() -> float:
     return 1024.0 * resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
 
 
-def dense(hyper: dict[str, Any]) -> float:
-    """GFLOP of an update by formula: products once, backwards twice, but for the gradients of detached inputs."""
+def dense(hyper: dict[str, Any], again: bool = True) -> float:
+    """GFLOP of an update by formula: products once, backwards twice, but for the gradients of detached inputs.
+
+    again: the actor's layers are computed in imagination and once more for their gradient, as the peers do and ours not.
+    """
     side, depth, encoder = 64, 3, 0
     for channels, kernel, stride in zip(*(hyper[f"encoder_{key}"] for key in ("channels", "kernels", "strides"))):
         side = (side - kernel) // stride + 1
@@ -60,7 +63,7 @@ def dense(hyper: dict[str, Any]) -> float:
     starts = min(hyper["imagination_starts"], frames)
     model = 3 * frames * (encoder + observe + hyper["decoded_share"] * decoder) + frames * learned(head)
     behaviour = starts * (horizon * (imagine + actor) + 2 * (horizon + 1) * head
-                          + (horizon - 1) * learned(actor) + horizon * learned(head))
+                          + (horizon - 1) * (learned(actor) - (0 if again else actor)) + horizon * learned(head))
     return 2 * (model + behaviour / hyper["behaviour_interval"]) / 1e9
 
 

@@ -45,12 +45,12 @@ def test_what_is_counted_is_what_the_formula_says(learner):
 
     words, shapes = learner.hyper("cpu", (*learner.PEERS_WORK, "agent.batch_size=4", "agent.imagination_starts=80"))
     ours = Curionav({"device": "cpu", "precision": "float32", "times": 1, "hyper": shapes, "overrides": words})
-    assert ours.warm() == pytest.approx(learner.dense(shapes), rel=0.05)
+    assert ours.warm() == pytest.approx(learner.dense(shapes, again=False), rel=0.05)
 
 
 @pytest.mark.slow
 def test_a_contender_that_dies_is_named(learner, monkeypatch, tmp_path):
-    monkeypatch.setitem(learner.ROWS, "cpu", [learner.Row("curionav", "float64", TOY)])
+    monkeypatch.setitem(learner.ROWS, "cpu", [learner.Row("curionav", "float64", TOY, "the same work")])
     with pytest.raises(SystemExit, match=r"Left out: curionav, the same work, float64. It ended: .*float64"):
         learner.section("cpu", "cpu", repeats=1, only="", peers=tmp_path)
 

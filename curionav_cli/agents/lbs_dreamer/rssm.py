@@ -16,6 +16,7 @@ import torch.nn.functional as F
 from torch import Tensor, nn
 
 from curionav_cli.agents.lbs_dreamer import latent
+from curionav_cli.agents.lbs_dreamer.elu import elu_
 from curionav_cli.agents.lbs_dreamer.mlp import columns_of, summed
 from curionav_cli.agents.lbs_dreamer.scan import PLAIN, Weights, scan
 
@@ -113,7 +114,7 @@ class RSSM(nn.Module):
         if ones is None:
             x = F.elu(torch.addmm(action_input, state.stoch, weight.t()))
         else:
-            x = F.elu(action_input + summed(ones, columns_of(weight)))
+            x = elu_(action_input + summed(ones, columns_of(weight)))
         return gru(x, state.deter, self.gru, self.gru_norm)
 
     def prior(self, deter: Tensor) -> Tensor:
