@@ -40,7 +40,7 @@ def resident() -> float:
 def dense(hyper: dict[str, Any], again: bool = True) -> float:
     """GFLOP of an update by formula: products once, backwards twice, but for the gradients of detached inputs.
 
-    again: the actor's layers are computed in imagination and once more for their gradient, as the peers do and ours not.
+    again: the actor's layers are computed in imagination and, as peers do and ours does not, again for their gradient.
     """
     side, depth, encoder = 64, 3, 0
     for channels, kernel, stride in zip(*(hyper[f"encoder_{key}"] for key in ("channels", "kernels", "strides"))):
