@@ -14,7 +14,6 @@ import torch.nn.functional as F
 from torch import Tensor, nn
 
 from curionav_cli.agents.lbs_dreamer import latent
-from curionav_cli.agents.lbs_dreamer.convolution import as_computed
 from curionav_cli.agents.lbs_dreamer.mlp import MLP
 from curionav_cli.agents.lbs_dreamer.returns import discount_weights, lambda_return
 from curionav_cli.agents.lbs_dreamer.rssm import RSSM, State
@@ -50,12 +49,12 @@ class Behaviour(nn.Module):
     @torch.no_grad()
     def imagine(self, rssm: RSSM, start: State, noise: Tensor) -> Imagined:
         """Live H steps from N states. noise (H, N, S + 1): the last for the action, the others for z."""
-        state, features, ones, actions, layers = start, [inputs(start)], [rssm.ones(start)], [], []
+        state, features, ones, actions, layers = start, [start.features], [rssm.ones(start)], [], []
         for step in noise:
             layers.append(self.actor.activations(features[-1], ones[-1]))
             action = drawn(layers[-1][-1], step[:, -1])
             state = rssm.imagine(state, rssm.action_input(action), step[:, :-1], ones[-1])
-            features.append(inputs(state))
+            features.append(state.features)
             ones.append(rssm.ones(state))
             actions.append(action)
         known = [some for some in ones if some is not None]
@@ -88,11 +87,6 @@ class Behaviour(nn.Module):
         entropy = -(log_policy.exp() * log_policy).sum(-1)
         weight = discount_weights(len(advantage), gamma, advantage)
         return -(weight * (chosen * advantage.detach() + scale * entropy)).mean(), entropy.mean()
-
-
-def inputs(state: State) -> Tensor:
-    """Its features in the type that products are made in: cast once, and not for each of four networks."""
-    return State(*as_computed(state.deter, state.stoch)).features
 
 
 def drawn(logits: Tensor, noise: Tensor) -> Tensor:

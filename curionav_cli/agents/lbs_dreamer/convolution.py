@@ -19,6 +19,8 @@ import torch
 import torch.nn.functional as F
 from torch import Tensor
 
+from curionav_cli.agents.lbs_dreamer.precision import as_computed
+
 SIDE, COLOURS = 64, 3
 MANY = 96  # channels of the smaller image, from which on products pay
 FEW = 4  # points a side of it, below which they pay for a convolution and its gradient by the input
@@ -26,10 +28,12 @@ PART = 1250  # windows at a time, which stay in the caches
 
 
 def pixels(patches: Tensor, stride: int) -> Tensor:
-    """The image that patches (N, G, G, s * s * C) are of: (N, G * s, G * s, C)."""
-    images, grid, _, numbers = patches.shape
-    blocks = patches.reshape(images, grid, grid, stride, stride, numbers // stride**2)
-    return blocks.transpose(2, 3).reshape(images, grid * stride, grid * stride, -1)
+    """The image (N, C, G * s, G * s), channels last in memory, that patches (N, s * s * C, G, G) are of."""
+    images, numbers, grid, _ = patches.shape
+    made = room(patches, numbers // stride**2, grid * stride)
+    blocks = patches.permute(0, 2, 3, 1).reshape(images, grid, grid, stride, stride, -1)
+    made.permute(0, 2, 3, 1).view(images, grid, stride, grid, stride, -1).copy_(blocks.transpose(2, 3))
+    return made
 
 
 def transposed_patch_kernel(weight: Tensor, stride: int) -> Tensor:
@@ -38,23 +42,6 @@ def transposed_patch_kernel(weight: Tensor, stride: int) -> Tensor:
     reach = kernel // stride
     blocks = weight.view(inputs, channels, reach, stride, reach, stride)
     return blocks.permute(0, 3, 5, 1, 2, 4).reshape(inputs, stride * stride * channels, reach, reach)
-
-
-def as_computed(*tensors: Tensor) -> list[Tensor]:
-    """In the type that autocast, where it is on, wants products in."""
-    device = tensors[0].device.type
-    if not torch.amp.is_autocast_available(device) or not torch.is_autocast_enabled(device):
-        return list(tensors)
-    return [tensor.to(torch.get_autocast_dtype(device)) for tensor in tensors]
-
-
-def slopes(gradient: Tensor, x: Tensor, weight: Tensor, stride: int, padding: int, transposed: bool,
-           wanted: tuple[bool, bool]) -> tuple[Tensor | None, Tensor | None]:
-    """The loss's derivatives by x and by the weight, where wanted."""
-    strides, paddings, mask = [stride, stride], [padding, padding], [*wanted, False]
-    to_x, to_weight, _ = torch.ops.aten.convolution_backward.default(
-        gradient, x, weight, None, strides, paddings, [1, 1], transposed, [0, 0], 1, mask)
-    return to_x, to_weight
 
 
 class Windows:
@@ -76,13 +63,13 @@ class Windows:
 
     def to_small(self, large: Tensor, bias: Tensor) -> Tensor:
         """The convolution: (N, C, H, H) -> (N, c, h, h)."""
-        made = image(large, len(self.matrix), self.points)
+        made = room(large, len(self.matrix), self.points)
         torch.addmm(bias, self.cut(large), self.matrix.t(), out=rows(made))
         return made
 
     def to_large(self, small: Tensor) -> Tensor:
         """The gradient by the input: (N, c, h, h) -> (N, C, H, H)."""
-        made = image(small, self.channels, self.size)
+        made = room(small, self.channels, self.size)
         for part, whole in zip(small.split(self.images), made.split(self.images), strict=True):
             each = (rows(part) @ self.matrix).view(len(part), self.points, self.points, self.kernel, -1)
             total = torch.zeros(len(part), self.size, self.size * self.channels)
@@ -101,9 +88,10 @@ class Windows:
         return found.view(len(found), self.kernel, self.kernel, -1).permute(0, 3, 1, 2).to(small.dtype)
 
 
-def image(like: Tensor, channels: int, size: int) -> Tensor:
-    """Room for N images (N, channels, size, size), channels last."""
-    return torch.empty(len(like), channels, size, size, dtype=like.dtype, memory_format=torch.channels_last)
+def room(like: Tensor, channels: int, size: int) -> Tensor:
+    """For N images (N, channels, size, size), channels last."""
+    shape = len(like), channels, size, size
+    return torch.empty(shape, dtype=like.dtype, device=like.device, memory_format=torch.channels_last)
 
 
 def rows(x: Tensor) -> Tensor:
@@ -120,15 +108,6 @@ def by_products(x: Tensor, weight: Tensor, stride: int, transposed: bool) -> Win
     return Windows(weight, stride, points, larger)
 
 
-def from_patches(patches: Tensor, stride: int) -> Tensor:
-    """(N, s * s * C, G, G) -> (N, C, G * s, G * s), channels last."""
-    images, numbers, grid, _ = patches.shape
-    made = image(patches, numbers // stride**2, grid * stride)
-    blocks = patches.permute(0, 2, 3, 1).reshape(images, grid, grid, stride, stride, -1)
-    made.permute(0, 2, 3, 1).view(images, grid, stride, grid, stride, -1).copy_(blocks.transpose(2, 3))
-    return made
-
-
 class _Convolution(torch.autograd.Function):
     @staticmethod
     def forward(ctx, x, weight, bias, stride, transposed):
@@ -141,7 +120,7 @@ class _Convolution(torch.autograd.Function):
             return F.conv_transpose2d(x, weight, None, stride).add_(bias[:, None, None])
         if windows and stride > 1:
             patches = F.conv_transpose2d(x, transposed_patch_kernel(weight, stride), bias.repeat(stride * stride))
-            return from_patches(patches, stride)
+            return pixels(patches, stride)
         return F.conv_transpose2d(x, weight, bias, stride)
 
     @staticmethod
@@ -149,8 +128,9 @@ class _Convolution(torch.autograd.Function):
         x, weight = ctx.saved_tensors
         windows, (by_x, by_weight, *_) = ctx.windows, ctx.needs_input_grad
         up = windows and windows.points < FEW and not ctx.transposed
-        to_x, to_weight = slopes(gradient, x, weight, ctx.stride, 0, ctx.transposed,
-                                 (by_x and not up, by_weight and not windows))
+        stride, wanted = [ctx.stride] * 2, [by_x and not up, by_weight and not windows, False]
+        to_x, to_weight, _ = torch.ops.aten.convolution_backward.default(
+            gradient, x, weight, None, stride, [0, 0], [1, 1], ctx.transposed, [0, 0], 1, wanted)
         if by_x and up:
             to_x = windows.to_large(gradient)
         if by_weight and windows:

@@ -20,8 +20,8 @@ import torch
 import torch.nn.functional as F
 from torch import Tensor, nn
 
-from curionav_cli.agents.lbs_dreamer.convolution import as_computed
 from curionav_cli.agents.lbs_dreamer.elu import elu_, elu_backward
+from curionav_cli.agents.lbs_dreamer.precision import as_computed
 
 PART = 2500  # rows at a time
 

@@ -29,7 +29,8 @@ def to_patches(image: Tensor, stride: int) -> Tensor:
 
 def to_images(patches: Tensor, stride: int) -> Tensor:
     """The way back: (N, G, G, P) float -> (N, 64, 64, 3) uint8."""
-    return ((pixels(patches.float(), stride) + 0.5) * 255).round().clamp(0, 255).to(torch.uint8)
+    image = pixels(patches.float().permute(0, 3, 1, 2), stride).permute(0, 2, 3, 1)
+    return ((image + 0.5) * 255).round().clamp(0, 255).to(torch.uint8)
 
 
 def patch_kernel(weight: Tensor, stride: int) -> Tensor:
@@ -60,10 +61,6 @@ class Encoder(nn.Module):
         layers = zip(inputs, channels, kernels, strides, strict=True)
         self.layers = nn.ModuleList(nn.Conv2d(i, o, k, s) for i, o, k, s in layers)
         self.stride = strides[0]
-        self.read = SIDE // self.stride  # patches a side; what no window of the second layer covers is left out
-        if len(kernels) > 1:
-            made = (SIDE - kernels[0]) // strides[0] + 1
-            self.read -= (made - kernels[1]) % strides[1]
         side = SIDE
         for kernel, stride in zip(kernels, strides, strict=True):
             side = (side - kernel) // stride + 1
@@ -71,7 +68,6 @@ class Encoder(nn.Module):
 
     def forward(self, patches: Tensor) -> Tensor:
         first, *rest = cast(list[nn.Conv2d], self.layers)
-        patches = patches[:, :self.read, :self.read]
         x = convolution(patches.permute(0, 3, 1, 2), patch_kernel(first.weight, self.stride), cast(Tensor, first.bias))
         for layer in rest:
             x = convolution(elu(x), layer.weight, cast(Tensor, layer.bias), layer.stride[0])

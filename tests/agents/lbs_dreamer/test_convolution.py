@@ -23,7 +23,7 @@ def test_gradients_are_finite_differences(transposed):
 def test_patches_are_the_pixels_of_a_transposed_convolution(inputs, kernel, stride, half):
     given = tensors((1, 4, inputs, inputs), (4, 3, kernel, kernel), (3,))
     with torch.autocast("cpu", torch.bfloat16, enabled=half):
-        ours = pixels(to_patches_of(*given, stride).permute(0, 2, 3, 1), stride)
+        ours = pixels(to_patches_of(*given, stride), stride).permute(0, 2, 3, 1)
     truth = F.conv_transpose2d(*given, stride=stride).permute(0, 2, 3, 1)
     assert ours.dtype == (torch.bfloat16 if half else torch.float64)
     near = {"rtol": 0.02, "atol": 0.1} if half else {}

@@ -119,8 +119,8 @@ def test_sequences_of_a_batch_do_not_touch_each_other(rssm, inputs):
 
 def test_imagining_many_states_by_their_ones_is_imagining_them_by_products(rssm):
     generator = torch.Generator().manual_seed(3)
-    state = State(torch.rand(MANY, 8, generator=generator),
-                  latent.draw(torch.randn(MANY, 3, 4, generator=generator), torch.rand(MANY, 3))[0].flatten(-2))
+    logits, chance = torch.randn(MANY, 3, 4, generator=generator), torch.rand(MANY, 3, generator=generator)
+    state = State(torch.rand(MANY, 8, generator=generator), latent.draw(logits, chance)[0].flatten(-2))
     ones = rssm.ones(state)
     assert (torch.zeros_like(state.stoch).scatter(-1, ones, 1.0) == state.stoch).all()
     action, noise = rssm.action_input(torch.zeros(MANY, dtype=torch.int64)), torch.rand(MANY, 3, generator=generator)

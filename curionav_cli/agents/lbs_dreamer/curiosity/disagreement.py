@@ -26,7 +26,7 @@ class Disagreement(Curiosity):
         super().__init__(rssm, units, layers, burn_in)
         self.actions = rssm.actions
         self.members = nn.ModuleList(
-            MLP(rssm.features + rssm.actions, units, 1, rssm.stoch, rssm.stoch) for _ in range(MEMBERS))
+            MLP(rssm.features + rssm.actions, units, 1, rssm.stoch) for _ in range(MEMBERS))
 
     def predictions(self, features: Tensor, action: Tensor) -> Tensor:
         """(T, B, F), the action taken there (T, B) -> (K, T, B, S C)"""

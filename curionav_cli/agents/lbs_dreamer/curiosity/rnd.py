@@ -20,8 +20,8 @@ class RND(Curiosity):
 
     def __init__(self, rssm: RSSM, units: int, layers: int, burn_in: int):
         super().__init__(rssm, units, layers, burn_in)
-        self.frozen = MLP(rssm.features, units, layers, units, rssm.stoch).requires_grad_(False)
-        self.learner = MLP(rssm.features, units, layers, units, rssm.stoch)
+        self.frozen = MLP(rssm.features, units, layers, units).requires_grad_(False)
+        self.learner = MLP(rssm.features, units, layers, units)
 
     def error(self, features: Tensor) -> Tensor:
         """(..., F) -> (...)"""
