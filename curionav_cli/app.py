@@ -90,18 +90,42 @@ command_with_settings("dock", "Explore, drive home and dock, again and again: en
 command_with_settings("sheet", "Draw a contact sheet of a world: top view, camera images and depth.")
 
 
+def option(command: str, key: str, about: str) -> Any:
+    """A Typer option --key of a command; the values that the command allows for it are completed by the shell."""
+    def values(incomplete: str) -> list[str]:
+        choices = importlib.import_module(f"curionav_cli.commands.{command}").CHOICES[key]
+        return [value for value in choices if value.startswith(incomplete)]
+    return typer.Option(f"--{key}", metavar="", autocompletion=values, show_default=False, help=about)
+
+
+def folders(metavar: str, about: str) -> Any:
+    """The positional words of a command that reads folders; its options may also stand among them as KEY=VALUE."""
+    return typer.Argument(metavar=f"{metavar} [KEY=VALUE]...", show_default=False, help=about)
+
+
+def command_with_words(name: str, words: list[str] | None, **options: str | None) -> None:
+    """Run commands/<name>.py; options that were given follow the words as KEY=VALUE."""
+    given = [f"{key}={value}" for key, value in options.items() if value is not None]
+    raise typer.Exit(importlib.import_module(f"curionav_cli.commands.{name}").run([*(words or []), *given]))
+
+
+Text = str | None
+MARKING = "Which cells a step marks: landing, swept or footprint."
+DENOMINATOR = "What coverage is a share of: visitable or floor."
+OUT = "The folder to write into."
+
+
 @app.command()
 def runs(
-    words: Annotated[list[str] | None, typer.Argument(
-        metavar="[DIR]... [KEY=VALUE]...", show_default=False,
-        help="Folders to look through (outputs without any). To choose: env=..., agent=..., seed=..., state=running, "
-             "done, failed, interrupted or broken. To sort: sort=age, coverage, size, state, env, agent, seed or "
-             "run.")] = None,
+    words: Annotated[list[str] | None, folders("[DIR]...", "Folders to look through; without any, outputs.")] = None,
+    state: Annotated[Text, option("runs", "state", "Only running, done, failed, interrupted or broken ones.")] = None,
+    env: Annotated[Text, option("runs", "env", "Only runs in this environment.")] = None,
+    agent: Annotated[Text, option("runs", "agent", "Only runs of this agent.")] = None,
+    seed: Annotated[Text, option("runs", "seed", "Only runs with this seed.")] = None,
+    sort: Annotated[Text, option("runs", "sort", "By age, coverage, size, state, env, agent, seed or run.")] = None,
 ) -> None:
     """List runs with their state, coverage, age and size."""
-    from curionav_cli.commands import runs
-
-    raise typer.Exit(runs.run(words or []))
+    command_with_words("runs", words, state=state, env=env, agent=agent, seed=seed, sort=sort)
 
 
 @app.command()
@@ -149,44 +173,43 @@ def resume(
 
 @app.command()
 def coverage(
-    words: Annotated[list[str] | None, typer.Argument(
-        metavar="RUN... [KEY=VALUE]...", show_default=False,
-        help="Folders of runs or sweeps. marking=landing, swept or footprint, denominator=visitable or floor: without "
-             "them all are shown. episodes=0,5,last: whose ways are drawn; film=last: those that become a .webm; "
-             "out=DIR: where figures go, with one of all runs of an environment beside each other.")] = None,
+    words: Annotated[list[str] | None, folders("RUN...", "Folders of runs or sweeps.")] = None,
+    marking: Annotated[Text, option("coverage", "marking", f"{MARKING} Without it, all.")] = None,
+    denominator: Annotated[Text, option("coverage", "denominator", f"{DENOMINATOR} Without it, both.")] = None,
+    episodes: Annotated[Text, option("coverage", "episodes", "Whose paths are drawn, as in 0,5,last.")] = None,
+    film: Annotated[Text, option("coverage", "film", "Which episodes become a .webm film, as in 0,last.")] = None,
+    out: Annotated[Text, option("coverage", "out", f"{OUT} There the runs of an environment are drawn side by side, "
+                                                   "too.")] = None,
 ) -> None:
     """Count the coverage of runs again, by any marking rule and denominator, and draw it; films, predictions."""
-    from curionav_cli.commands import coverage
-
-    raise typer.Exit(coverage.run(words or []))
+    command_with_words("coverage", words, marking=marking, denominator=denominator, episodes=episodes, film=film,
+                       out=out)
 
 
 @app.command()
 def compare(
-    words: Annotated[list[str] | None, typer.Argument(
-        metavar="RUNS_OR_SWEEP... [KEY=VALUE]...", show_default=False,
-        help="Folders of runs or sweeps. baseline=ARM: the one that all others are compared with, as its label reads; "
-             "at=1000,5000: coverage after so many steps too; marking=landing, swept or footprint; "
-             "denominator=visitable or floor; out=DIR: where it is written.")] = None,
+    words: Annotated[list[str] | None, folders("RUNS_OR_SWEEP...", "Folders of runs or sweeps.")] = None,
+    baseline: Annotated[Text, option("compare", "baseline", "The arm that all others are compared with, as its label "
+                                                            "reads.")] = None,
+    at: Annotated[Text, option("compare", "at", "Coverage after so many steps, too, as in 1000,5000.")] = None,
+    marking: Annotated[Text, option("compare", "marking", MARKING)] = None,
+    denominator: Annotated[Text, option("compare", "denominator", DENOMINATOR)] = None,
+    out: Annotated[Text, option("compare", "out", OUT)] = None,
 ) -> None:
-    """Compare agents over seeds and environments: figures, tables, and how sure they are."""
-    from curionav_cli.commands import compare
-
-    raise typer.Exit(compare.run(words or []))
+    """Compare agents over seeds and environments: figures and tables, with intervals."""
+    command_with_words("compare", words, baseline=baseline, at=at, marking=marking, denominator=denominator, out=out)
 
 
 @app.command()
 def paper(
-    words: Annotated[list[str] | None, typer.Argument(
-        metavar="WHAT [RUNS_OR_SWEEP...] [out=DIR]", show_default=False,
-        help="hyperparameters: the paper's table beside what is composed; sizes: of the scenes; docking: the server's "
-             "phases, as homecomings pass through them; numbers: every number "
-             "of the paper beside ours, from these runs. out: where it is written.")] = None,
+    words: Annotated[list[str] | None, folders(
+        "WHAT [RUNS_OR_SWEEP...]", "hyperparameters: the paper's table beside what is composed; sizes: of the scenes; "
+        "docking: the phases of the docking server; numbers: every number of the paper beside ours, from these "
+        "runs.")] = None,
+    out: Annotated[Text, option("paper", "out", f"{OUT} Without it, this one.")] = None,
 ) -> None:
     """Write the paper's tables, and its numbers beside ours."""
-    from curionav_cli.commands import paper
-
-    raise typer.Exit(paper.run(words or []))
+    command_with_words("paper", words, out=out)
 
 
 def unwritable(error: OSError) -> str:

@@ -29,6 +29,7 @@ from curionav_cli.results.tables import Row
 from curionav_cli.storage.run_folder import RunFolder
 
 WHAT = ("hyperparameters", "sizes", "docking", "numbers")
+CHOICES: dict[str, tuple[str, ...]] = {"out": ()}
 PAGE = "paper-vs-ours.md"
 TITLES = {
     "protocol": "How lives are lived, and what a step is.", "surfaces": "How large the worlds are.",
@@ -51,7 +52,7 @@ BEYOND = (  # what no run of ours can show, and why
 def run(words: list[str]) -> int:
     """Print and write one of WHAT; the exit code. words: which, folders of runs, out=DIR."""
     what = one_of("paper", words[0] if words else "", WHAT)
-    folders, chosen = sorted_out("paper", words[1:], {"out": ()})
+    folders, chosen = sorted_out("paper", words[1:], CHOICES)
     if folders and what != "numbers":
         raise ConfigError(f"curionav paper {what} reads no runs, only settings: leave {folders[0]} out.")
     out = folder_for(Path(chosen.get("out", ".")))

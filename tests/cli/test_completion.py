@@ -37,6 +37,8 @@ TYPED = {
     "explore -m agent = random,bo": ["random,bounce"],
     "explore agent = sticky agent.re": ["agent.repeat="],
     "explore device =": ["auto", "cpu", "cuda"],
+    "runs --st": ["--state"],
+    "coverage --marking s": ["swept"],
     "explore compile =": ["auto", "none", "graph", "fused"],
     "explore env.collision = s": ["stop", "slide"],
     "explore loop.ste": ["loop.steps="],
