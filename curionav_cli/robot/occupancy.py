@@ -36,9 +36,9 @@ class Occupancy:
         self._along = np.arange(0.0, reach, cell)  # (S,)
 
     @classmethod
-    def of(cls, arrays: dict[str, np.ndarray]) -> Occupancy:
+    def of(cls, arrays: dict[str, np.ndarray], cell: float = 0.1, reach: float = 6.0) -> Occupancy:
         """What `save` gave."""
-        known = cls()
+        known = cls(cell, reach)
         known.odds = arrays["odds"]
         known.corner, known._entered = tuple(arrays["corner"].tolist()), tuple(arrays["entered"].tolist())
         return known
@@ -62,8 +62,11 @@ class Occupancy:
         column = np.floor((np.asarray(x) - self.corner[0]) / self.cell).astype(np.int64)
         return np.floor((np.asarray(y) - self.corner[1]) / self.cell).astype(np.int64), column
 
-    def insert(self, pose: Pose, scan: Scan) -> None:
-        """Enter a scan taken at an estimated pose: each cell at most once as free and once as hit."""
+    def insert(self, pose: Pose, scan: Scan, near: float = 0.0) -> None:
+        """Enter a scan taken at an estimated pose: each cell at most once as free and once as hit.
+
+        near: metres within which the sensor does not see the floor, so that nothing there is known to be free.
+        """
         seen = np.isfinite(scan.range)
         length = np.minimum(scan.range[seen], self.reach)
         angle = scan.bearing[seen] + pose[2]
@@ -71,7 +74,7 @@ class Occupancy:
         ends = length < self.reach
         self._cover(pose[0], pose[1])
         self._entered = (pose[0], pose[1])
-        free = self._along < length[:, None] - 0.5 * self.cell  # (A, S)
+        free = (self._along >= near) & (self._along < length[:, None] - 0.5 * self.cell)  # (A, S)
         x = (pose[0] + cosine[:, None] * self._along)[free]
         y = (pose[1] + sine[:, None] * self._along)[free]
         self._add(x, y, -MISS)

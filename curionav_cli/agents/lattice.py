@@ -1,0 +1,86 @@
+"""The poses that the three actions lead to, searched breadth-first: the fewest actions to one of some cells.
+
+A pose is a cell and one of 36 headings; of the poses that share both, the first one found stands for all.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from curionav_cli.world.motion import COS, FORWARD, HEADINGS, LEFT, RIGHT, SIN, STEP, YAW, free_share
+
+EXACT = 1e-9  # radians
+
+
+class Lattice:
+    """free, goal: (rows, columns) bool, cells of `cell` metres whose row 0, column 0 begins at (0, 0).
+
+    turned: radians by which all headings differ from multiples of ten degrees, as those of a robot that drifts.
+    """
+
+    def __init__(self, free: np.ndarray, goal: np.ndarray, cell: float, turned: float = 0.0):
+        self.free, self.goal, self.cell = free, goal, cell
+        exact = abs(turned) < EXACT
+        self.cosine, self.sine = (COS, SIN) if exact else (np.cos(YAW + turned), np.sin(YAW + turned))
+
+    def clear(self, x: float, y: float, heading: int) -> bool:
+        """Does a forward move pass through free cells only?"""
+        return bool(self.share(np.array([x]), np.array([y]), np.array([heading]))[0] == 1.0)
+
+    def share(self, x: np.ndarray, y: np.ndarray, heading: np.ndarray) -> np.ndarray:
+        """(n,) how much of forward moves stays on free cells."""
+        return free_share(self.free, self.cell, x, y, STEP * self.cosine[heading], STEP * self.sine[heading])
+
+    def search(self, x: float, y: float, heading: int) -> list[int]:
+        """The shortest list of actions that ends on a cell of `goal` other than by staying; [] if there is none.
+
+        A wave of poses (columns x, y, heading) grows by all three actions at once.
+        """
+        pose = np.array([[x, y, heading]])
+        seen = np.zeros(self.free.size * HEADINGS, bool)
+        waves: list[tuple[np.ndarray, np.ndarray]] = []  # (action, parent's row in the wave before)
+        while len(pose):
+            pose, action, parent = self.grow(pose, seen)
+            place = self.places(pose)
+            fresh = np.flatnonzero(~seen[place])
+            _, first = np.unique(place[fresh], return_index=True)
+            first = fresh[np.sort(first)]
+            seen[place[first]] = True
+            waves.append((action[first], parent[first]))
+            pose, new = pose[first], np.flatnonzero(self.goal.flat[place[first] // HEADINGS])
+            if len(new):
+                return trace(waves, int(new[0]))
+        return []
+
+    def places(self, pose: np.ndarray) -> np.ndarray:
+        """One number for the cell and heading of each pose; poses outside are clipped to the border."""
+        rows, columns = self.free.shape
+        row = np.clip(np.floor(pose[:, 1] / self.cell).astype(np.int64), 0, rows - 1)
+        column = np.clip(np.floor(pose[:, 0] / self.cell).astype(np.int64), 0, columns - 1)
+        return (row * columns + column) * HEADINGS + pose[:, 2].astype(np.int64)
+
+    def grow(self, pose: np.ndarray, seen: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """All poses one action further, with the action and the row they came from.
+
+        A move ahead is looked at closely only where it leads to a free place that was not `seen` yet.
+        """
+        x, y, heading = pose[:, 0], pose[:, 1], pose[:, 2].astype(np.int64)
+        ahead = np.stack([x + STEP * self.cosine[heading], y + STEP * self.sine[heading], heading], 1)
+        place = self.places(ahead)
+        clear = np.flatnonzero(~seen[place] & self.free.flat[place // HEADINGS])
+        clear = clear[self.share(x[clear], y[clear], heading[clear]) == 1.0]
+        ahead = ahead[clear]
+        left = np.stack([x, y, (heading + 1) % HEADINGS], 1)
+        right = np.stack([x, y, (heading - 1) % HEADINGS], 1)
+        rows = np.arange(len(pose))
+        action = np.repeat([FORWARD, LEFT, RIGHT], [len(clear), len(pose), len(pose)])
+        return np.concatenate([ahead, left, right]), action, np.concatenate([clear, rows, rows])
+
+
+def trace(waves: list[tuple[np.ndarray, np.ndarray]], row: int) -> list[int]:
+    """Walk back from a row of the last wave to the start; the actions in the order to take them."""
+    actions = []
+    for action, parent in reversed(waves):
+        actions.append(int(action[row]))
+        row = int(parent[row])
+    return actions[::-1]

@@ -1,0 +1,1 @@
+"""Frontier-based exploration on the robot's own map, without privileges and without learning."""

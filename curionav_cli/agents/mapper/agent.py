@@ -1,0 +1,95 @@
+"""The mapping explorer: what a roboticist would pick instead of learning (as explore_lite does in ROS).
+
+It knows its depth image and its pose (info["estimate"] where the robot has one, else info["pose"]), keeps an occupancy
+map for life, and takes the fewest actions to a goal on it. It never sees the scene.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from curionav_cli.agents.agent import Agent
+from curionav_cli.agents.lattice import Lattice
+from curionav_cli.agents.mapper.camera import DepthCamera
+from curionav_cli.agents.mapper.goals import GOALS
+from curionav_cli.agents.mapper.memory import Memory
+from curionav_cli.files import read_arrays, read_json, write_arrays
+from curionav_cli.records import Pose
+from curionav_cli.robot.occupancy import Occupancy
+from curionav_cli.world.motion import FORWARD, HEADINGS, STEP, YAW
+
+PATIENCE = 50  # steps until it looks for a goal again, once there was none
+
+
+class Mapper(Agent):
+    """goal: a name of GOALS. Where none is left it goes where it was not in this episode, and looks for changes."""
+
+    def __init__(self, seed: int, camera: DepthCamera, memory: Memory, goal: str):
+        super().__init__(seed)
+        self.camera, self.memory, self.goal = camera, memory, goal
+        self.steps, self.explored = 0, 0  # since the run began; when nothing was left for the first time
+        self.way: list[int] = []
+        self.wait = 0
+
+    def begin(self) -> None:
+        self.memory.begin()
+        self.way, self.wait, self.before = [], 0, None
+
+    def act(self, observation: dict[str, np.ndarray], info: dict[str, Any]) -> int:
+        pose = Pose(*np.asarray(info.get("estimate", info["pose"])).tolist())
+        if info["collided"] and self.before:
+            self.memory.cancelled(*self.before)
+            self.way = []
+        self.memory.see(pose, self.camera.scan(observation["depth"]), self.camera.near)
+        self.memory.land(pose.x, pose.y, (self.before or pose)[:2])
+        if not self.way or not self._clear(pose):
+            self.way = self._search(pose)
+        self.steps, self.before = self.steps + 1, pose
+        return self.way.pop(0) if self.way else int(self.rng.integers(3))
+
+    def report(self) -> dict[str, float]:
+        """explored: the step at which nothing was left for the first time, if it has come."""
+        return {"explored": float(self.explored)} if self.explored else {}
+
+    def save(self, folder: Path) -> None:
+        super().save(folder)
+        (folder / "mapper.json").write_text(json.dumps({"steps": self.steps, "explored": self.explored}))
+        write_arrays(folder / "map.npz", self.memory.save())
+
+    def load(self, folder: Path) -> None:
+        super().load(folder)
+        held = read_json(folder / "mapper.json")
+        self.steps, self.explored = held["steps"], held["explored"]
+        self.memory.load(read_arrays(folder / "map.npz", Occupancy.SAVED + Memory.GRIDS))
+
+    def _clear(self, pose: Pose) -> bool:
+        """Is the next action still possible, by what is known now?"""
+        return self.way[0] != FORWARD or self._lattice(pose, self.memory.visited).clear(*self._at(pose))
+
+    def _search(self, pose: Pose) -> list[int]:
+        """The fewest actions to a goal; [] where nothing at all is left."""
+        self.wait -= 1
+        if self.wait <= 0:
+            way = self._lattice(pose, GOALS[self.goal](self.memory, pose.x, pose.y)).search(*self._at(pose))
+            if way:
+                return way
+            self.explored, self.wait = self.explored or self.steps, PATIENCE
+        return self._lattice(pose, ~self.memory.today).search(*self._at(pose))
+
+    def _lattice(self, pose: Pose, goal: np.ndarray) -> Lattice:
+        """Headings in steps of ten degrees from where the robot believes to look: a drifting one is off the table."""
+        turned = pose.yaw - YAW[self._heading(pose)]
+        return Lattice(self.memory.free, goal, self.memory.cell, turned)
+
+    def _at(self, pose: Pose) -> tuple[float, float, int]:
+        """The pose on the map's grid."""
+        corner = self.memory.map.corner
+        return pose.x - corner[0], pose.y - corner[1], self._heading(pose)
+
+    def _heading(self, pose: Pose) -> int:
+        return round(pose.yaw / (2.0 * math.pi) * HEADINGS) % HEADINGS

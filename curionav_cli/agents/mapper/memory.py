@@ -1,0 +1,132 @@
+"""What the robot knows of a place: its occupancy map, and where it has been, kept across episodes.
+
+All arrays lie on the occupancy's grid and grow with it. Obstacles fade: the map's log-odds fall where the camera sees
+the floor again, and a cell that a cancelled move closed opens when nothing is near it any more.
+"""
+
+from __future__ import annotations
+
+import math
+
+import cv2
+import numpy as np
+
+from curionav_cli.records import Pose
+from curionav_cli.robot.occupancy import MOST, Occupancy
+from curionav_cli.robot.sensed import Scan
+from curionav_cli.world.motion import STEP
+
+MOVED, TURNED = 0.2, math.radians(25.0)  # a view is entered when the robot moved or turned so much since the last one
+ALONG = np.arange(1, 11) / 10.0  # of a move, to find the cells that it passes
+
+
+class Memory:
+    """visited: cells landed on, ever; today: in this episode; passed: cells that a move went through; closed: cells
+    that stopped a move. (rows, columns) bool.
+
+    cell, reach, radius in metres: of the grid, of what is entered of a view, of the robot.
+    """
+
+    visited: np.ndarray
+    today: np.ndarray
+    passed: np.ndarray
+    closed: np.ndarray
+
+    GRIDS = ("visited", "today", "passed", "closed")
+
+    def __init__(self, cell: float, reach: float, radius: float):
+        self.map, self.radius = Occupancy(cell, reach), radius
+        for name in self.GRIDS:
+            setattr(self, name, np.zeros(self.map.odds.shape, bool))
+        self._corner, self._free = self.map.corner, None
+        self._entered = (math.inf, math.inf, 0.0)
+        self._discs = [disc(limit / cell) for limit in (radius - cell / 2, radius / 2, radius + 2 * cell)]
+
+    @property
+    def cell(self) -> float:
+        return self.map.cell
+
+    def begin(self) -> None:
+        """An episode begins: things may have moved, and the next view counts."""
+        self.today[:] = False
+        self._entered = (math.inf, math.inf, 0.0)
+
+    def see(self, pose: Pose, scan: Scan, near: float) -> None:
+        """Enter a view, unless it is nearly the last one. near: metres within which the floor is not seen."""
+        x, y, yaw = self._entered
+        turned = abs((pose.yaw - yaw + math.pi) % (2 * math.pi) - math.pi)
+        if math.hypot(pose.x - x, pose.y - y) < MOVED and turned < TURNED:
+            return
+        self._entered = pose
+        self.map.insert(pose, scan, near)
+        self._free = None
+        if self.visited.shape != self.map.odds.shape:
+            self._grow()
+
+    def land(self, x: float, y: float, begun: tuple[float, float]) -> None:
+        """A step that began at `begun` has ended at (x, y), and nothing stood in between."""
+        at = self.map.cells(x, y)
+        self.visited[at], self.today[at] = True, True
+        row, column = self.map.cells(begun[0] + ALONG * (x - begun[0]), begun[1] + ALONG * (y - begun[1]))
+        if self.closed[row, column].any():
+            self.closed[row, column], self._free = False, None
+        self.passed[row, column] = True
+
+    def cancelled(self, x: float, y: float, yaw: float) -> None:
+        """A move from (x, y) was cancelled: of the cells on its way the likeliest is closed.
+
+        That is one that no move went through yet, if there is one, and of those the one nearest to an obstacle. Where no obstacle
+        is known nearby, there is one now.
+        """
+        row, column = self.map.cells(x + ALONG * STEP * math.cos(yaw), y + ALONG * STEP * math.sin(yaw))
+        room = self.room(row, column)
+        worst = int(np.argmin(room + MOST * self.passed[row, column]))
+        self.closed[row[worst], column[worst]] = True
+        if room[worst] > self.radius + 2 * self.cell:
+            self.map.odds[row[worst], column[worst]] = MOST
+        self._free = None
+
+    def room(self, row: np.ndarray, column: np.ndarray) -> np.ndarray:
+        """(n,) metres from cells (n,) to the nearest occupied one, of those within a metre of the first cell."""
+        span = round(1.0 / self.cell)
+        low = max(0, int(row[0]) - span), max(0, int(column[0]) - span)
+        part = self.map.occupied[low[0]:row[0] + span, low[1]:column[0] + span]
+        at = np.argwhere(part) + low  # (m, 2)
+        away = np.hypot(row[:, None] - at[:, 0], column[:, None] - at[:, 1])
+        return away.min(axis=1, initial=2.0 * span) * self.cell
+
+    @property
+    def free(self) -> np.ndarray:
+        """(rows, columns) bool: where the robot's centre may be. What is unknown is free until it is seen."""
+        if self._free is None:
+            occupied = self.map.occupied.astype(np.uint8)
+            tight, core, around = (cv2.dilate(occupied, kernel).astype(bool) for kernel in self._discs)
+            self._free = (~tight | self.passed & ~core) & ~(self.closed & around)
+        return self._free
+
+    def _grow(self) -> None:
+        row, column = (round((self._corner[axis] - self.map.corner[axis]) / self.cell) for axis in (1, 0))
+        for name in self.GRIDS:
+            old, new = getattr(self, name), np.zeros(self.map.odds.shape, bool)
+            new[row:row + old.shape[0], column:column + old.shape[1]] = old
+            setattr(self, name, new)
+        self._corner = self.map.corner
+
+    def save(self) -> dict[str, np.ndarray]:
+        """All that `load` needs after an episode, as arrays."""
+        return self.map.save() | {name: getattr(self, name) for name in self.GRIDS}
+
+    def load(self, arrays: dict[str, np.ndarray]) -> None:
+        """What `save` gave."""
+        cell, reach = self.map.cell, self.map.reach
+        self.map = Occupancy.of(arrays, cell, reach)
+        for name in self.GRIDS:
+            setattr(self, name, arrays[name])
+        self._corner, self._free = self.map.corner, None
+
+
+def disc(radius: float) -> np.ndarray:
+    """A structuring element: cells whose centre is within `radius` cells of the middle one's."""
+    most = max(0, math.floor(radius))
+    across = np.arange(-most, most + 1)
+    return (np.hypot(across[:, None], across) <= radius).astype(np.uint8)
