@@ -38,8 +38,8 @@ def swept(plan: FloorPlan, pose: np.ndarray) -> Marks:
     line = np.where(move > 0, np.floor(start) + lines, np.ceil(start) - lines)
     with np.errstate(divide="ignore", invalid="ignore"):
         time = np.nan_to_num((line - start) / move, nan=1.0, posinf=1.0, neginf=1.0).clip(0, 1)  # (lines, n, 2)
-    bounds = np.broadcast_to([0.0, 1.0], (len(going), 2))
-    edges = np.sort(np.concatenate([bounds, time.transpose(1, 0, 2).reshape(len(going), -1)], axis=1), axis=1)
+    bounds, times = np.broadcast_to([0.0, 1.0], (len(going), 2)), time.transpose(1, 0, 2)
+    edges = np.sort(np.concatenate([bounds, times.reshape(len(going), 2 * len(lines))], axis=1), axis=1)
     middle = (edges[:, 1:] + edges[:, :-1]) / 2
     row, column = plan.cells(*((start[:, None] + middle[..., None] * move[:, None]) * plan.cell).transpose(2, 0, 1))
     passed = row * plan.visitable.shape[1] + column  # (n, edges)

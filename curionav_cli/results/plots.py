@@ -57,7 +57,7 @@ matplotlib.rcParams.update({
 
 
 def save(figure: Figure, path: Path) -> None:
-    """PNG and PDF beside each other, finished or absent, without dates in them; the folder is made where it is missing."""
+    """PNG and PDF beside each other, finished or absent, without dates in them; their folder is made."""
     path.parent.mkdir(parents=True, exist_ok=True)
     for kind, metadata in (("png", {"Software": None}), ("pdf", {"CreationDate": None})):
         write_whole(path.with_suffix(f".{kind}"), partial(figure.savefig, format=kind, metadata=metadata))

@@ -40,7 +40,8 @@ def test_the_shell_completes_values_of_options(command: str) -> None:
 
 def a_run(path: Path, seed: int, **status: object) -> None:
     path.mkdir(parents=True)
-    (path / "config.yaml").write_text(f"env: {{name: small_room}}\nagent: {{name: random}}\nrobot: {{name: ideal}}\nseed: {seed}\n")
+    (path / "config.yaml").write_text(
+        f"env: {{name: small_room}}\nagent: {{name: random}}\nrobot: {{name: ideal}}\nseed: {seed}\n")
     (path / "run.json").write_text("{}")
     RunFolder(path).set_status(**status)
 

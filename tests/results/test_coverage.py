@@ -75,3 +75,10 @@ def test_swept_is_what_a_walk_in_steps_of_a_tenth_of_a_millimetre_finds(a_plan):
         walked |= set((row * 60 + column).tolist())
     found = set(RULES["swept"](plan, pose)[1].tolist())
     assert walked <= found and len(found - walked) <= 2  # a corner may be cut by less than a step
+
+
+def test_a_robot_that_only_turned_swept_the_cell_where_it_stood(a_plan) -> None:
+    plan = a_plan(rows=6, columns=6, cell=0.1)
+    pose = np.tile([0.35, 0.25, 0.0], (4, 1))
+    pose[:, 2] = np.arange(4)
+    assert cover(plan, [pose], "swept").visited == 1

@@ -21,7 +21,7 @@ from curionav_cli.agents.mapper.memory import Memory
 from curionav_cli.files import read_arrays, read_json, write_arrays
 from curionav_cli.records import Pose
 from curionav_cli.robot.occupancy import Occupancy
-from curionav_cli.world.motion import FORWARD, HEADINGS, STEP, YAW
+from curionav_cli.world.motion import FORWARD, HEADINGS, YAW
 
 PATIENCE = 50  # steps until it looks for a goal again, once there was none
 

@@ -75,8 +75,8 @@ class Memory:
     def cancelled(self, x: float, y: float, yaw: float) -> None:
         """A move from (x, y) was cancelled: of the cells on its way the likeliest is closed.
 
-        That is one that no move went through yet, if there is one, and of those the one nearest to an obstacle. Where no obstacle
-        is known nearby, there is one now.
+        That is one that no move went through yet, if there is one, and of those the one nearest to an obstacle. Where
+        no obstacle is known nearby, there is one now.
         """
         row, column = self.map.cells(x + ALONG * STEP * math.cos(yaw), y + ALONG * STEP * math.sin(yaw))
         room = self.room(row, column)
