@@ -132,11 +132,13 @@ def rooms(free: np.ndarray, resolution: float) -> np.ndarray:
 
     On a map of more than CELLS every few cells are looked at.
     """
-    if free.size <= CELLS:
-        return np.where(free, _nearest_room(free, resolution), -1)
-    step = math.ceil(2.0 * math.sqrt(free.size / CELLS))
-    coarse = _nearest_room(free[::step, ::step], resolution * step)
-    return np.where(free, coarse.repeat(step, 0).repeat(step, 1)[:free.shape[0], :free.shape[1]], -1)
+    box = ndimage.find_objects(free.view(np.uint8))[0]  # nothing outside it says anything about the rooms
+    inside, number = free[box], np.full(free.shape, -1)
+    step = 1 if inside.size <= CELLS else math.ceil(2.0 * math.sqrt(inside.size / CELLS))
+    nearest = _nearest_room(inside[::step, ::step], resolution * step)
+    nearest = nearest.repeat(step, 0).repeat(step, 1)[:inside.shape[0], :inside.shape[1]]
+    number[box] = np.where(inside, nearest, -1)
+    return number
 
 
 def _nearest_room(free: np.ndarray, resolution: float) -> np.ndarray:

@@ -18,10 +18,11 @@ from curionav_cli.world.greys import Picture, picture
 from curionav_cli.world.netpbm import KINDS, PIXELS, read_netpbm
 
 if TYPE_CHECKING:
-    from PIL.Image import Image
+    from PIL.ImageFile import ImageFile
 
 FORMATS = ("PNG", "BMP", "JPEG", "GIF", "TIFF", "WEBP")
 PACKED = 10_000  # pixels in a byte: deflate's best is 1032 bytes of eight pixels, a JPEG's 512 pixels
+COLOURS = np.array([2, 1, 0, 3])  # OpenCV begins with blue
 GREY16 = ("I;16", "I;16B", "I;16L")
 
 
@@ -59,7 +60,7 @@ def _refuse_claims(columns: int, rows: int, path: Path) -> None:
         raise MapError(f"{path} is cut off: {size} bytes for {columns} x {rows} pixels.")
 
 
-def _decoded(image: Image, path: Path) -> Picture:
+def _decoded(image: ImageFile, path: Path) -> Picture:
     if image.mode in ("I", "F"):
         raise MapError(f"{path} has pixels of 32 bits, whose black and white no map says. Save it with 8 or 16 bits.")
     if image.mode in GREY16:
@@ -77,7 +78,9 @@ def _colours_of_16_bits(path: Path) -> Picture:
     import cv2
 
     pixels = cv2.imdecode(np.fromfile(path, np.uint8), cv2.IMREAD_UNCHANGED)
-    return picture(pixels[..., [2, 1, 0, 3][:pixels.shape[2]]], 65535, pixels.shape[2] == 4)
+    if pixels is None:
+        raise ValueError("OpenCV reads none")
+    return picture(pixels[..., COLOURS[:pixels.shape[2]]], 65535, pixels.shape[2] == 4)
 
 
 def _fourth_bytes(path: Path) -> np.ndarray | None:

@@ -1,7 +1,8 @@
 """The YAML half of a ROS map: where its image is, and what its greys mean.
 
 Every value is text first and is read by yaml-cpp's rules (scalars.py); of a key that stands twice the first counts,
-and of several documents the first. Follows nav2_map_server (main a3a9704, src/map_io.cpp); docs/maps.md has what differs.
+and of several documents the first. Follows nav2_map_server (main a3a9704, src/map_io.cpp); docs/maps.md says what
+differs.
 """
 
 from __future__ import annotations
@@ -26,7 +27,7 @@ IMAGES = (".pgm", ".png", ".jpg", ".jpeg", ".bmp", ".tif", ".tiff", ".gif", ".pp
 MODES = ("trinary", "scale", "raw")
 DEFAULTS = {"negate": "0", "occupied_thresh": "0.65", "free_thresh": "0.196"}  # what savers write
 NEEDED = ("image", "resolution", "origin")
-CUT = 0.0005  # metres that a resolution of three decimals may be off
+ROUNDED = 0.0005  # metres that a resolution of three decimals may be off
 _LOADER = getattr(yaml, "CBaseLoader", yaml.BaseLoader)
 _NULL = ("", "~", "null", "Null", "NULL")
 _LED_BY_TABS = re.compile(r"(?m)^[ ]*\t\s*?(?=#|\r?$)")  # blank lines and comments that libyaml stumbles over
@@ -51,14 +52,14 @@ class MapFile:
     mode: str
     decimals: int  # that the resolution is written with
 
-    def warn_of_cut_resolution(self, pixels: int) -> None:
-        """Nav2's saver writes three decimals: 0.0125 becomes 0.013, and a long map too long by more than a cell."""
-        if self.decimals == 3 and pixels * CUT > self.resolution:
-            warn(f"{self.path}: resolution {self.resolution:g} has three decimals, as map savers cut it; over {pixels} "
-                 f"pixels that may be {pixels * CUT:.2g} m. Write the true one if you know it (1/80 is 0.0125).")
+    def warn_of_rounding(self, pixels: int) -> None:
+        """Nav2's saver writes three decimals: 0.0125 becomes 0.013, and a long map longer by more than a cell."""
+        if self.decimals == 3 and pixels * ROUNDED > self.resolution:
+            _warn(f"{self.path}: resolution {self.resolution:g} has three decimals, to which map savers round it; over "
+                  f"{pixels} pixels that may be {pixels * ROUNDED:.2g} m. Write the true one (1/80: 0.0125).")
 
 
-def warn(text: str) -> None:
+def _warn(text: str) -> None:
     warnings.warn(text, MapWarning, stacklevel=3)
 
 
@@ -71,7 +72,7 @@ def read_map_file(path: Path) -> MapFile:
     left_out = [key for key in DEFAULTS if key not in found]
     if left_out:
         said = ", ".join(f"{key} {DEFAULTS[key]}" for key in left_out)
-        warn(f"{path} lacks {' and '.join(left_out)}, which Nav2 refuses. Taken for it: {said}.")
+        _warn(f"{path} lacks {' and '.join(left_out)}, which Nav2 refuses. Taken for it: {said}.")
     found = {**DEFAULTS, "mode": "trinary", **found}
     resolution = _number(found["resolution"], path, "resolution")
     if resolution <= 0.0:
@@ -172,7 +173,7 @@ def _image(raw: Any, path: Path) -> Path:
         return image
     if not beside.is_file():
         raise MapError(f"{path}: its image {image} does not exist, and no {beside.name} is beside the YAML file.")
-    warn(f"{path}: its image {raw} does not exist; {beside} is taken for it.")
+    _warn(f"{path}: its image {raw} does not exist; {beside} is taken for it.")
     return beside
 
 

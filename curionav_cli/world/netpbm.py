@@ -42,7 +42,8 @@ def read_netpbm(path: Path) -> Picture:
 
 def _header(head: bytes) -> tuple[tuple[int, int, int, int], int]:
     """Columns, rows, channels and white, and where the pixels begin."""
-    kind, numbers, at = head[:2], [], 2
+    kind, at = head[:2], 2
+    numbers: list[int] = []
     while len(numbers) < (2 if kind in _BITS else 3):
         found = _TOKEN.match(head, at)
         if found is None:

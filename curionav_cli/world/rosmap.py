@@ -9,6 +9,7 @@ reach. The world is simulated in image axes: the origin's yaw, which Nav2's cost
 from __future__ import annotations
 
 import math
+import warnings
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -23,7 +24,7 @@ from curionav_cli.world.dressing import dress
 from curionav_cli.world.greys import BLOCK
 from curionav_cli.world.ground import Site
 from curionav_cli.world.image_file import read_image
-from curionav_cli.world.map_file import MapFile, read_map_file, warn
+from curionav_cli.world.map_file import MapFile, MapWarning, read_map_file
 from curionav_cli.world.scene_file import Lists
 from curionav_cli.world.visitable import CELLS, air, largest_component, whole_cells
 
@@ -53,16 +54,15 @@ def read_map(path: Path, unknown_grey: int | None = None) -> RosMap:
     spec = read_map_file(path)
     seen = read_image(spec.image)
     meaning = _meaning(spec)
-    trapped = int(meaning[TRAP_GREY]) == FREE and unknown_grey is None and _share(seen.grey, TRAP_GREY) > TRAP_SHARE
     if unknown_grey is not None:
         meaning[unknown_grey] = UNKNOWN
     cells = cv2.LUT(seen.grey, meaning)
     if seen.clear is not None and spec.mode != "raw":
         cells[seen.clear] = UNKNOWN
-    if trapped:
-        warn(f"{path}: grey {TRAP_GREY} usually means unknown, and free_thresh {spec.free:g} makes it free. "
-             f"Set env.unknown_grey={TRAP_GREY} if rooms run out into the unknown.")
-    spec.warn_of_cut_resolution(max(cells.shape))
+    if unknown_grey is None and meaning[TRAP_GREY] == FREE and _trapped(seen.grey, cells) > TRAP_SHARE:
+        warnings.warn(f"{path}: grey {TRAP_GREY} usually means unknown, and with free_thresh {spec.free:g} it is free. "
+                      f"Set env.unknown_grey={TRAP_GREY} if rooms run out into the unknown.", MapWarning, stacklevel=2)
+    spec.warn_of_rounding(max(cells.shape))
     return RosMap(cells[::-1], spec.resolution, spec.origin)
 
 
@@ -81,9 +81,10 @@ def _meaning(spec: MapFile) -> np.ndarray:
     return np.where(p <= least, FREE, np.where(p >= most, OCCUPIED, between)).astype(np.int8)
 
 
-def _share(grey: np.ndarray, value: int) -> float:
-    flat = grey.reshape(-1)
-    return sum(np.count_nonzero(flat[at:at + BLOCK] == value) for at in range(0, flat.size, BLOCK)) / max(1, flat.size)
+def _trapped(grey: np.ndarray, cells: np.ndarray) -> float:
+    """The share of free cells of the grey that usually means unknown."""
+    parts = ((grey.reshape(-1)[at:at + BLOCK], cells.reshape(-1)[at:at + BLOCK]) for at in range(0, grey.size, BLOCK))
+    return sum(np.count_nonzero((shade == TRAP_GREY) & (cell == FREE)) for shade, cell in parts) / max(1, grey.size)
 
 
 def explored_map(env: Env) -> RosMap:
