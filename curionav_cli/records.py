@@ -1,7 +1,7 @@
 """The nouns that travel between rooms: Pose, FloorPlan, Episode, DockReport, Foresight. Each can be saved and loaded.
 
-Frames. x points right and y up, in metres from the lower-left corner of the scene (for a ROS map:
-of its image); yaw is counter-clockwise from +x in radians. Cell (row, column) covers
+Frames. x points right and y up, in metres from the lower-left corner of the scene (for a ROS map: of its image, or of
+the part of it that a large map is cropped to); yaw is counter-clockwise from +x in radians. Cell (row, column) covers
 [column, column + 1) * cell in x and [row, row + 1) * cell in y, so row 0 is the lowest.
 """
 

@@ -8,11 +8,16 @@ NODES, DEPTH = 10**6, 100  # of a YAML file with its aliases written out
 LOADER = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
 
 
-def refuse_bomb(text: str) -> None:
-    """Raises ValueError where YAML has more nodes, its aliases written out, or is deeper than any file of ours."""
+def refuse_bomb(text: str, first_only: bool = False) -> None:
+    """Raises ValueError where YAML has more nodes, its aliases written out, or is deeper than any file of ours.
+
+    `first_only`: of its documents only the first is looked at, where no other is read.
+    """
     sizes: dict[str, int] = {}
     open_nodes: list[tuple[str | None, int]] = [(None, 0)]
     for event in yaml.parse(text, LOADER):
+        if first_only and isinstance(event, yaml.DocumentEndEvent):
+            return
         anchor, size = getattr(event, "anchor", None), 1
         if isinstance(event, yaml.MappingStartEvent | yaml.SequenceStartEvent):
             open_nodes.append((anchor, 0))

@@ -119,6 +119,7 @@ class Env:
     map: str | None = None  # the YAML file of a ROS map
     overlay: str | None = None  # a YAML file with what the map does not know: the lists below, start, dock
     unknown_grey: int | None = None  # the grey value that means unknown, whatever the thresholds say
+    scale_occupied: int = 100  # of a map in mode scale or raw: the value, 1 to 100, from which a cell is a wall
     cell: float | None = None  # of the coverage grid; none: that of the map
     height: float = 2.5
     agent_height: float = 0.5

@@ -18,9 +18,10 @@ from curionav_cli.world.dynamics import Item
 from curionav_cli.world.ground import Ground, Site
 from curionav_cli.world.overlay import overlaid
 from curionav_cli.world.pattern import COLOURS, PATTERNS, exists
-from curionav_cli.world.rosmap import open_map
+from curionav_cli.world.rosmap import explored_map, map_site
 from curionav_cli.world.scene_file import Lists, collision_of, lists_of, settings
 from curionav_cli.world.scene_format import Furniture, Room, value
+from curionav_cli.world.shifting import shifted
 from curionav_cli.world.visitable import (
     clear_cells,
     component,
@@ -40,15 +41,22 @@ START_ROOM = 0.1  # metres beside the robot that nothing may be moved into
 def construct(raw: dict[str, Any], source: str) -> dict[str, Any]:
     """The fields of the Scene that this dict describes. Raises SceneError or MapError."""
     env, source = overlaid(settings(raw, source), source)
-    if env.start is not None:
-        _pose(env.start, "start", source)
+    for key in ("start", "dock"):
+        if getattr(env, key) is not None:
+            _pose(getattr(env, key), key, source)
+    value(env.lamps, "tuple[Pair, ...]", source, "lamps")
     lists = lists_of(env, source)
-    site = open_map(env, lists) if env.map else four_walls(env, lists.rooms, source)
+    if env.map:
+        ros = explored_map(env)
+        env, lists = shifted(env, lists, ros.corner)
+        site = map_site(ros, env, lists)
+    else:
+        site = four_walls(env, lists.rooms, source)
     items = _items(lists, source)
     furniture, visitable, start = _reach(env, lists, site, items, source)
     boxes = _pack(env, lists, furniture, site, items, source)
     _keep_promise(env, visitable, source)
-    _keep_start_free(env, lists, boxes, start, items, source)
+    _keep_start_free(env, lists, boxes, start, items, site, source)
     solid = boxes.solid(env.agent_height) & (boxes.item == FIXED)
     covered = covered_cells(boxes.low[solid, :2], boxes.high[solid, :2], visitable.shape, site.cell)
     plan = FloorPlan(visitable=visitable, floor=site.floor, solid=covered, cell=site.cell, start=start,
@@ -123,7 +131,7 @@ def _items(lists: Lists, source: str) -> tuple[Item, ...]:
     return tuple(Item(name, (named[name].x, named[name].y)) for name in names)
 
 
-def _keep_start_free(env: Env, lists: Lists, boxes: Boxes, start: Pose, items: tuple[Item, ...],
+def _keep_start_free(env: Env, lists: Lists, boxes: Boxes, start: Pose, items: tuple[Item, ...], site: Site,
                      source: str) -> None:
     """No movable thing may come to stand where every episode begins."""
     for index, (move, item) in enumerate(zip(lists.moves, items, strict=True)):
@@ -133,8 +141,8 @@ def _keep_start_free(env: Env, lists: Lists, boxes: Boxes, start: Pose, items: t
             corners = zip(boxes.low[solid, :2] + shift, boxes.high[solid, :2] + shift, strict=True)
             here = np.array(start.x), np.array(start.y)
             if any(rectangle_distance(*here, *box) <= env.radius + START_ROOM for box in corners):
-                raise SceneError(f"{source}: moves[{index}] puts {item.name} at ({x:g}, {y:g}), "
-                                 "on the start.")
+                raise SceneError(f"{source}: moves[{index}] puts {item.name} at ({x + site.corner[0]:g}, "
+                                 f"{y + site.corner[1]:g}), on the start.")
 
 
 def _pack(env: Env, lists: Lists, furniture: tuple[Furniture, ...], site: Site, items: tuple[Item, ...],
@@ -205,9 +213,10 @@ def _start(env: Env, clear: np.ndarray, site: Site, source: str) -> Pose:
         return start
     x, y = (columns + 0.5) * site.cell, (rows + 0.5) * site.cell
     near = int(np.argmin(np.hypot(x - start.x, y - start.y)))
+    x0, y0 = site.corner
     raise SceneError(
-        f"{source}: the start ({start.x:g}, {start.y:g}) is inside a wall or furniture, or nearer to it than "
-        f"the radius {env.radius:g} m. The nearest free spot is ({x[near]:.3g}, {y[near]:.3g}).")
+        f"{source}: the start ({start.x + x0:g}, {start.y + y0:g}) is inside a wall or furniture, or nearer to it than "
+        f"the radius {env.radius:g} m. The nearest free spot is ({x[near] + x0:.6g}, {y[near] + y0:.6g}).")
 
 
 def _pose(raw: Any, key: str, source: str) -> Pose:

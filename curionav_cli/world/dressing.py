@@ -6,6 +6,7 @@ islands become furniture of their own height and material, long walls get poster
 
 from __future__ import annotations
 
+import math
 import zlib
 
 import numpy as np
@@ -14,9 +15,10 @@ from scipy import ndimage
 from curionav_cli.world.boxes import EAST, NORTH, SOUTH, WEST, Box
 from curionav_cli.world.ground import Ground
 from curionav_cli.world.layout import PLAIN, poster, room_at
-from curionav_cli.world.meshing import mesh
+from curionav_cli.world.meshing import mesh, widened
 from curionav_cli.world.scene_file import Lists
 from curionav_cli.world.scene_format import Poster, Room, Solid
+from curionav_cli.world.visitable import CELLS, air
 
 WALLS = ("plaster_white", "plaster_sand", "plaster_sage", "plaster_blue", "plaster_rose", "brick",
          "stripe_blue", "stripe_green", "plaster_grey", "brick_white", "panel", "plaster_ochre")
@@ -81,7 +83,7 @@ def _solids(occupied: np.ndarray, resolution: float, told: tuple[Solid, ...]) ->
 
 def _edge(free: np.ndarray, longest: int) -> np.ndarray:
     """Rectangles as mesh gives them, just outside the map where free cells touch its border."""
-    beside = ndimage.binary_dilation(np.pad(free, 1), np.ones((3, 3)))
+    beside = widened(np.pad(free, 1))
     beside[1:-1, 1:-1] = False
     return mesh(beside, longest, hidden=True) - 1
 
@@ -126,16 +128,30 @@ def _ground(guessed: np.ndarray, resolution: float, told: tuple[Room, ...]) -> G
 
 
 def rooms(free: np.ndarray, resolution: float) -> np.ndarray:
-    """A guess at the rooms: (rows, columns) int, a number for each free cell, -1 for solid ones."""
+    """A guess at the rooms: (rows, columns) int, a number for each free cell, -1 for solid ones.
+
+    On a map of more than CELLS every few cells are looked at.
+    """
+    box = ndimage.find_objects(free.view(np.uint8))[0]  # nothing outside it says anything about the rooms
+    inside, number = free[box], np.full(free.shape, -1)
+    step = 1 if inside.size <= CELLS else math.ceil(2.0 * math.sqrt(inside.size / CELLS))
+    nearest = _nearest_room(inside[::step, ::step], resolution * step)
+    nearest = nearest.repeat(step, 0).repeat(step, 1)[:inside.shape[0], :inside.shape[1]]
+    number[box] = np.where(inside, nearest, -1)
+    return number
+
+
+def _nearest_room(free: np.ndarray, resolution: float) -> np.ndarray:
+    """(rows, columns) int: for every cell the number of the room that is nearest."""
     width = ndimage.distance_transform_edt(np.pad(free, 1))[1:-1, 1:-1] * resolution
     core = np.zeros(free.shape, np.int64)
     for threshold in WIDTHS:
         part, count = ndimage.label(width > threshold)
         core = np.where(width > threshold, _grown(core, part, count), 0)
     if not core.any():
-        return np.where(free, 0, -1)
+        return core
     nearest = ndimage.distance_transform_edt(core == 0, return_distances=False, return_indices=True)
-    return np.where(free, core[tuple(nearest)] - 1, -1)
+    return core[tuple(nearest)] - 1
 
 
 def _grown(core: np.ndarray, part: np.ndarray, count: int) -> np.ndarray:
@@ -214,8 +230,8 @@ def _places(seen: np.ndarray, resolution: float, rng: np.random.Generator) -> li
 
 def _lamps(free: np.ndarray, resolution: float) -> tuple[tuple[float, float], ...]:
     """Ceiling lamps on a grid, where the free space is wide enough."""
-    width = ndimage.distance_transform_edt(np.pad(free, 1))[1:-1, 1:-1] * resolution
     step = max(1, round(LAMP_SPACING / resolution))
-    rows, columns = np.nonzero(width[step // 2::step, step // 2::step] > 0.4)
+    width = air(free)[step // 2::step, step // 2::step].astype(np.float64) * resolution
+    rows, columns = np.nonzero(width > 0.4)
     x, y = ((at * step + step // 2 + 0.5) * resolution for at in (columns, rows))
     return tuple(zip(x.tolist(), y.tolist(), strict=True))

@@ -36,7 +36,8 @@ class Site:
     """Four walls and a floor, or a ROS map: what the lists of a scene file are added to.
 
     floor (rows, columns) bool: the cells of the building, the only ones that a robot may use.
-    origin: of the lower-left corner, in the frame of a ROS map.
+    origin: of the lower-left corner, in the frame of a ROS map; corner: the same corner in the map's whole image, from
+    which start, dock and lists are measured.
     """
 
     size: tuple[float, float]
@@ -46,3 +47,4 @@ class Site:
     floor: np.ndarray
     lamps: tuple[tuple[float, float], ...] = ()
     origin: Pose = ORIGIN
+    corner: tuple[float, float] = (0.0, 0.0)

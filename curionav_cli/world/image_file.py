@@ -1,141 +1,94 @@
-"""The image of a ROS map: PGM (P2, P5, with comments), PNG, BMP and JPEG.
+"""The image of a ROS map: PNG, BMP, JPEG, GIF, TIFF and WebP by Pillow, Netpbm by netpbm.py.
 
-Pixels stay as small as they are in the file, and a file that says it holds more than it can is refused before memory
-is taken for it: a hundred bytes of JPEG may claim a gigabyte.
+A file that says it holds more than it can is refused before memory is taken for it: a hundred bytes of JPEG may
+claim a gigabyte.
 """
 
 from __future__ import annotations
 
-import re
 import struct
-from dataclasses import dataclass
+import warnings
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from curionav_cli.errors import MapError
+from curionav_cli.world.greys import Picture, picture
+from curionav_cli.world.netpbm import KINDS, PIXELS, read_netpbm
 
-PNG = b"\x89PNG\r\n\x1a\n"
-PIXELS = 10**8  # ten kilometres square at a metre, half a kilometre square at 5 cm
+if TYPE_CHECKING:
+    from PIL.ImageFile import ImageFile
+
+FORMATS = ("PNG", "BMP", "JPEG", "GIF", "TIFF", "WEBP")
 PACKED = 10_000  # pixels in a byte: deflate's best is 1032 bytes of eight pixels, a JPEG's 512 pixels
-HEAD = 2**16  # bytes in which a PGM's three numbers stand
-_TOKEN = re.compile(rb"(?:\s|#[^\n]*\n)*(\S+)")
-_PIECE = re.compile(rb"(?s).{1,65536}\S*")  # ends where a number does
-
-
-@dataclass(frozen=True)
-class Picture:
-    """level (rows, columns) unsigned: the colours of a pixel added up, 0 black, `white` white, row 0 on top.
-
-    alpha: (rows, columns) unsigned, `opaque` where nothing shines through; None where the file has none.
-    """
-
-    level: np.ndarray
-    white: int
-    alpha: np.ndarray | None = None
-    opaque: int = 0
+COLOURS = np.array([2, 1, 0, 3])  # OpenCV begins with blue
+GREY16 = ("I;16", "I;16B", "I;16L")
 
 
 def read_image(path: Path) -> Picture:
-    """Takes little more memory than twice the pixels. Raises MapError for a file that is no image."""
+    """The first picture of a file. Takes little more memory than twice the pixels.
+
+    Raises MapError for a file that is no image.
+    """
     with open(path, "rb") as file:
-        plain = file.read(2)
-    if plain in (b"P2", b"P5"):
-        return _pgm(path, plain == b"P2")
-    pixels = _decoded(path)
-    most, channels = 255 if pixels.dtype == np.uint8 else 65535, 1 if pixels.ndim == 2 else pixels.shape[2]
-    if channels == 1:
-        return Picture(pixels.reshape(pixels.shape[:2]), most)
-    colours = channels - (channels in (2, 4))
-    level = pixels[..., :colours].sum(axis=2, dtype=np.uint16 if most == 255 else np.uint32)
-    return Picture(level, colours * most, pixels[..., -1].copy() if colours < channels else None, most)
-
-
-def _decoded(path: Path) -> np.ndarray:
-    """(rows, columns) or (rows, columns, channels) uint8 or uint16; the file's bytes are given back."""
-    raw = path.read_bytes()
-    _refuse_claims(raw, path)
-    import cv2
+        if file.read(2) in KINDS:
+            return read_netpbm(path)
+    from PIL import Image
 
     try:
-        pixels = cv2.imdecode(np.frombuffer(raw, np.uint8), cv2.IMREAD_UNCHANGED)
-    except cv2.error:
-        pixels = None
-    if pixels is None or pixels.dtype not in (np.uint8, np.uint16):
-        raise MapError(f"{path} is no image that can be read: it is cut off or broken.")
-    return pixels
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # of tags that Pillow does not know
+            with Image.open(path, formats=FORMATS) as image:
+                _refuse_claims(*image.size, path)
+                return _decoded(image, path)
+    except MapError:
+        raise
+    except Image.DecompressionBombError:
+        raise MapError(f"{path} has more than {PIXELS} pixels; no map is so large.") from None
+    except Exception:  # what decoders say of broken files is of every kind
+        raise MapError(f"{path} is no image that can be read: its header or its pixels are broken, or it is none of "
+                       f"PGM, PPM, PBM, PAM, {', '.join(FORMATS)}.") from None
 
 
-def _refuse_claims(raw: bytes, path: Path) -> None:
-    """Raises MapError for what is no PNG, BMP or JPEG, and for one that says it has more pixels than it can have."""
-    try:
-        columns, rows = declared_size(raw)
-    except struct.error:
-        raise MapError(f"{path} is no image that can be read. A ROS map has a PGM, PNG, BMP or JPEG image.") from None
+def _refuse_claims(columns: int, rows: int, path: Path) -> None:
+    """Raises MapError for an image that says it has more pixels than any map, or than its bytes can hold."""
+    size = path.stat().st_size
     if columns * rows > PIXELS:
         raise MapError(f"{path} has more than {PIXELS} pixels; no map is so large.")
-    if columns * rows > PACKED * len(raw):
-        raise MapError(f"{path} is cut off: {len(raw)} bytes for {columns} x {rows} pixels.")
+    if columns * rows > PACKED * size:
+        raise MapError(f"{path} is cut off: {size} bytes for {columns} x {rows} pixels.")
 
 
-def declared_size(raw: bytes) -> tuple[int, int]:
-    """Columns and rows of a PNG, BMP or JPEG, from its header. Raises struct.error where there is none."""
-    if raw[:8] == PNG:
-        return struct.unpack_from(">II", raw, 16)
-    if raw[:2] == b"BM":
-        old = struct.unpack_from("<I", raw, 14) == (12,)
-        columns, rows = struct.unpack_from("<HH" if old else "<ii", raw, 18)
-        return abs(columns), abs(rows)
-    at = 2 if raw[:2] == b"\xff\xd8" else len(raw)
-    while True:  # the segments of a JPEG up to that of its frame
-        mark, kind, length, _, rows, columns = struct.unpack_from(">BBHBHH", raw, at)
-        if mark != 0xFF or length < 2:
-            raise struct.error("no JPEG")
-        if 0xC0 <= kind <= 0xCF and kind not in (0xC4, 0xC8, 0xCC):
-            return columns, rows
-        at += 2 + length
+def _decoded(image: ImageFile, path: Path) -> Picture:
+    if image.mode in ("I", "F"):
+        raise MapError(f"{path} has pixels of 32 bits, whose black and white no map says. Save it with 8 or 16 bits.")
+    if image.mode in GREY16:
+        return picture(np.asarray(image), 65535)
+    if ";16" in str(image.tile):
+        return _colours_of_16_bits(path)
+    if image.has_transparency_data:
+        return picture(np.asarray(image.convert("RGBA")), alpha=True)
+    found = picture(np.asarray(image.convert("L" if image.mode in ("1", "L") else "RGB")))
+    return Picture(found.grey, _fourth_bytes(path)) if image.format == "BMP" else found
 
 
-def _pgm(path: Path, plain: bool) -> Picture:
-    """Netpbm grey, plain or binary, 8 or 16 bits. http://netpbm.sourceforge.net/doc/pgm.html"""
-    try:
-        with open(path, "rb") as file:
-            (columns, rows, most), at = _three_numbers(file.read(HEAD))
-            file.seek(at + (not plain))
-            body = file.read()
-        if min(columns, rows, most) < 1 or columns * rows > PIXELS or most > 65535:
-            raise ValueError(f"{columns} x {rows} pixels up to {most}")
-        if plain:
-            pixels = _plain_numbers(body, columns * rows)
-        else:
-            pixels = np.frombuffer(body, np.dtype(">u2") if most > 255 else np.dtype(np.uint8), columns * rows)
-        return Picture(pixels.reshape(rows, columns), most)
-    except ValueError as error:
-        raise MapError(f"{path} is cut off or no PGM image ({error}).") from None
+def _colours_of_16_bits(path: Path) -> Picture:
+    """By OpenCV: Pillow keeps eight bits of each."""
+    import cv2
+
+    pixels = cv2.imdecode(np.fromfile(path, np.uint8), cv2.IMREAD_UNCHANGED)
+    if pixels is None:
+        raise ValueError("OpenCV reads none")
+    return picture(pixels[..., COLOURS[:pixels.shape[2]]], 65535, pixels.shape[2] == 4)
 
 
-def _three_numbers(head: bytes) -> tuple[list[int], int]:
-    """Columns, rows and white, and where the last of them ends."""
-    numbers: list[int] = []
-    at = 2
-    while len(numbers) < 3:
-        found = _TOKEN.match(head, at)
-        if found is None:
-            raise ValueError("its size is missing")
-        numbers.append(int(found.group(1)))
-        at = found.end()
-    return numbers, at
-
-
-def _plain_numbers(body: bytes, count: int) -> np.ndarray:
-    """The first `count` of the numbers written out in `body`, (count,) uint16; read piece by piece."""
-    if b"#" in body:
-        body = re.sub(rb"#[^\n]*", b"", body)
-    pixels, done = np.empty(min(count, len(body)), np.uint16), 0
-    for piece in _PIECE.finditer(body):
-        numbers = np.fromstring(piece[0], np.int64, sep=" ")[:count - done]
-        if len(numbers) and numbers.max() > np.iinfo(np.uint16).max:
-            raise ValueError(f"a pixel of {numbers.max()}")
-        pixels[done:done + len(numbers)] = numbers
-        done += len(numbers)
-    return pixels[:done]
+def _fourth_bytes(path: Path) -> np.ndarray | None:
+    """Where a BMP of 32 bits is clear: its header does not say whether the fourth byte is alpha; all 0 is none."""
+    with open(path, "rb") as file:
+        head = file.read(34)
+    at, _, columns, rows, _, bits, packed = struct.unpack_from("<IIiiHHI", head, 10)
+    if (bits, packed) != (32, 0):
+        return None
+    alpha = np.fromfile(path, np.uint8, 4 * columns * abs(rows), offset=at)[3::4].reshape(abs(rows), columns)
+    return (alpha if rows < 0 else alpha[::-1]) < 255 if alpha.any() else None

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+import cv2
 import numpy as np
-from scipy import ndimage
 
 
 def mesh(solid: np.ndarray, longest: int, hidden: bool = False) -> np.ndarray:
@@ -13,7 +13,7 @@ def mesh(solid: np.ndarray, longest: int, hidden: bool = False) -> np.ndarray:
     cell; no free cell is. Rectangles may overlap, and are at most `longest` cells long. Greedy from the lowest
     left cell: of the widest and the tallest rectangle the one that covers more of what is left.
     """
-    wanted = solid.copy() if hidden else solid & ndimage.binary_dilation(~solid, np.ones((3, 3)))
+    wanted = solid.copy() if hidden else solid & widened(~solid)
     right, up = runs(solid), runs(solid.T).T
     found: list[tuple[int, int, int, int]] = []
     for flat in np.flatnonzero(wanted):
@@ -27,10 +27,15 @@ def mesh(solid: np.ndarray, longest: int, hidden: bool = False) -> np.ndarray:
     return np.array(found, np.int64).reshape(-1, 4)
 
 
+def widened(mask: np.ndarray) -> np.ndarray:
+    """The mask and all its neighbours, corners included."""
+    return cv2.dilate(mask.view(np.uint8), np.ones((3, 3), np.uint8)).view(bool)
+
+
 def runs(mask: np.ndarray) -> np.ndarray:
     """How many cells of the mask follow to the right of each cell without a break, itself included."""
-    columns = np.arange(mask.shape[1])
-    stop = np.where(mask, mask.shape[1], columns)
+    columns = np.arange(mask.shape[1], dtype=np.int32)
+    stop = np.where(mask, np.int32(mask.shape[1]), columns)
     stop = np.minimum.accumulate(stop[:, ::-1], axis=1)[:, ::-1]
     return stop - columns
 

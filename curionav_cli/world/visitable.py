@@ -9,6 +9,7 @@ from __future__ import annotations
 import hashlib
 from collections import deque
 
+import cv2
 import numpy as np
 from scipy import ndimage
 
@@ -22,16 +23,24 @@ CELLS = 4_000_000  # a hundred metres square in cells of 5 cm
 
 
 def grid_shape(size: tuple[float, float], cell: float) -> tuple[int, int]:
-    """(rows, columns) of the cells that cover a scene. Raises SceneError for more than any building has."""
+    """(rows, columns) of the cells that cover a scene. Raises SceneError for more than any building has.
+
+    ROS maps have a limit of their own, rosmap.MOST_CELLS.
+    """
     if not 0 < size[0] / cell * (size[1] / cell) <= CELLS:
         raise SceneError(f"{size[0]:g} x {size[1]:g} m in cells of {cell:g} m are more than {CELLS} cells, or none.")
+    return whole_cells(size, cell)
+
+
+def whole_cells(size: tuple[float, float], cell: float) -> tuple[int, int]:
+    """(rows, columns), however many they are."""
     return max(1, round(size[1] / cell)), max(1, round(size[0] / cell))
 
 
 def clear_cells(low: np.ndarray, high: np.ndarray, size: tuple[float, float], cell: float,
                 radius: float) -> np.ndarray:
     """(rows, columns) bool: centres farther than radius from the boxes low, high (K, 2) and the outside."""
-    rows, columns = grid_shape(size, cell)
+    rows, columns = whole_cells(size, cell)
     x, y = (np.arange(columns) + 0.5) * cell, (np.arange(rows) + 0.5) * cell
     border = np.minimum(np.minimum(x, size[0] - x)[None, :], np.minimum(y, size[1] - y)[:, None])
     clear = border > radius + TOUCH
@@ -60,6 +69,12 @@ def component(clear: np.ndarray, row: int, column: int) -> np.ndarray:
     return (label == label[row, column]) & clear & clear[row, column]
 
 
+def air(clear: np.ndarray) -> np.ndarray:
+    """(rows, columns) float32: cells from each centre to the nearest centre outside the mask, or beside the grid."""
+    padded = np.pad(clear, 1).view(np.uint8)
+    return cv2.distanceTransform(padded, cv2.DIST_L2, cv2.DIST_MASK_PRECISE)[1:-1, 1:-1]
+
+
 def largest_component(clear: np.ndarray) -> np.ndarray:
     label, count = ndimage.label(clear)
     sizes = np.bincount(label.ravel(), minlength=count + 1)
@@ -69,8 +84,7 @@ def largest_component(clear: np.ndarray) -> np.ndarray:
 
 def roomiest(clear: np.ndarray) -> tuple[int, int]:
     """The cell of this mask that is farthest from its complement; ties go to the lowest row, then column."""
-    room = ndimage.distance_transform_edt(np.pad(clear, 1))[1:-1, 1:-1]
-    row, column = np.unravel_index(int(np.argmax(room)), clear.shape)
+    row, column = np.unravel_index(int(np.argmax(air(clear))), clear.shape)
     return int(row), int(column)
 
 

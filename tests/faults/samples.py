@@ -6,9 +6,9 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-import cv2
 import numpy as np
 import yaml
+from PIL import Image
 from safetensors.numpy import save
 
 from curionav_cli.agents.weights import read_tensors
@@ -81,7 +81,8 @@ def a_picture(folder: Path, kind: str, channels: int) -> Sample:
     """A map whose image is of this kind."""
     where, read = a_map(folder)
     where.write_text(where.read_text().replace("pgm", kind))
-    cv2.imwrite(str(folder / f"map.{kind}"), np.arange(63 * channels, dtype=np.uint8).reshape(7, 9, channels))
+    pixels = np.arange(63 * channels, dtype=np.uint8).reshape(7, 9, channels)
+    Image.fromarray(pixels[..., 0] if channels == 1 else pixels).save(folder / f"map.{kind}")
     return folder / f"map.{kind}", lambda path: read(where)
 
 
@@ -101,6 +102,30 @@ def a_jpg(folder: Path) -> Sample:
     return a_picture(folder, "jpg", 1)
 
 
+def a_gif(folder: Path) -> Sample:
+    return a_picture(folder, "gif", 1)
+
+
+def a_tiff(folder: Path) -> Sample:
+    return a_picture(folder, "tiff", 3)
+
+
+def a_clear_webp(folder: Path) -> Sample:
+    return a_picture(folder, "webp", 4)
+
+
+def a_pam(folder: Path) -> Sample:
+    path, read = a_pgm(folder)
+    path.write_bytes(b"P7\nWIDTH 9\nHEIGHT 7\nDEPTH 2\nMAXVAL 255\nENDHDR\n" + bytes(range(126)))
+    return path, read
+
+
+def a_bitmap(folder: Path) -> Sample:
+    path, read = a_pgm(folder)
+    path.write_bytes(b"P4 9 7\n" + bytes(range(14)))
+    return path, read
+
+
 def a_scene(folder: Path) -> Sample:
     raw = {key: value for key, value in plain("small_room")[0].items() if not key.startswith("visitable")}
     (folder / "scene.yaml").write_text(yaml.safe_dump(raw))
@@ -112,4 +137,4 @@ def a_scene(folder: Path) -> Sample:
 
 
 READERS = (an_episode, a_plan, weights, a_status, a_marker, a_config, a_map, a_pgm, a_plain_pgm, a_png, a_clear_png,
-           a_bmp, a_jpg, a_scene)
+           a_bmp, a_jpg, a_gif, a_tiff, a_clear_webp, a_pam, a_bitmap, a_scene)
