@@ -8,6 +8,7 @@ import numpy as np
 
 from curionav_cli.records import Pose
 from curionav_cli.world.boxes import Box
+from curionav_cli.world.visitable import TOUCH
 
 ORIGIN = Pose(0.0, 0.0, 0.0)
 
@@ -36,7 +37,8 @@ class Site:
     """Four walls and a floor, or a ROS map: what the lists of a scene file are added to.
 
     floor (rows, columns) bool: the cells of the building, the only ones that a robot may use.
-    origin: of the lower-left corner, in the frame of a ROS map.
+    origin: of the lower-left corner, in the frame of a ROS map. Of a ROS map also occupancy (rows, columns) int8, and
+    solid (rows, columns) bool: the cells that it shows as obstacles.
     """
 
     size: tuple[float, float]
@@ -46,3 +48,18 @@ class Site:
     floor: np.ndarray
     lamps: tuple[tuple[float, float], ...] = ()
     origin: Pose = ORIGIN
+    occupancy: np.ndarray | None = None
+    solid: np.ndarray | None = None
+
+
+def highest(cells: np.ndarray, resolution: float, shape: tuple[int, int], cell: float) -> np.ndarray:
+    """The highest occupancy in each cell of a grid of `cell` metres: no thin wall gets lost. cells: (rows, columns)."""
+    found = cells
+    for axis, (count, most) in enumerate(zip(shape, cells.shape, strict=True)):
+        edges = np.arange(count + 1) * (cell / resolution)
+        first = np.floor(edges[:-1] + TOUCH).astype(int).clip(0, most - 1)
+        last = np.ceil(edges[1:] - TOUCH).astype(int).clip(first + 1, most)
+        padded = np.concatenate([found, np.take(found, [-1], axis=axis)], axis=axis)  # reduceat needs last < len
+        found = np.maximum.reduceat(padded, np.stack([first, last], 1).ravel(), axis=axis).take(
+            np.arange(count) * 2, axis=axis)
+    return found.copy()

@@ -23,7 +23,7 @@ from curionav_cli.config.schema import Env
 from curionav_cli.errors import MapError
 from curionav_cli.records import Pose
 from curionav_cli.world.dressing import dress
-from curionav_cli.world.ground import Site
+from curionav_cli.world.ground import Site, highest
 from curionav_cli.world.image_file import Picture, read_image
 from curionav_cli.world.scene_file import Lists
 from curionav_cli.world.visitable import grid_shape, largest_component
@@ -64,7 +64,9 @@ def open_map(env: Env, lists: Lists) -> Site:
     cell = env.cell or ros.resolution
     room = _at_centres(free, ros.resolution, grid_shape(size, cell), cell)
     boxes, ground, lamps = dress(free, ros.resolution, env.height, lists)
-    return Site(size, cell, boxes, ground, floor=room, lamps=lamps, origin=ros.origin)
+    occupancy = highest(ros.cells, ros.resolution, room.shape, cell)
+    return Site(size, cell, boxes, ground, floor=room, lamps=lamps, origin=ros.origin, occupancy=occupancy,
+                solid=occupancy >= HALF)
 
 
 def read_map(path: Path, unknown_grey: int | None = None) -> RosMap:
