@@ -78,7 +78,8 @@ class FloorPlan:
         masks, occupancy = [arrays[key] for key in ("visitable", "floor", "solid")], arrays.get("occupancy")
         with understood(path):
             numbers: dict[str, Any] = json.loads(str(arrays["numbers"]))
-            numbers |= {key: Pose(*map(float, numbers[key])) for key in ("start", "map_origin", "dock") if key in numbers}
+            poses = numbers.keys() & {"dock"} | {"start", "map_origin"}
+            numbers |= {key: Pose(*map(float, numbers[key])) for key in poses}
             if {(mask.dtype, mask.ndim, mask.shape) for mask in masks} != {(np.dtype(bool), 2, masks[0].shape)}:
                 raise ValueError("its masks are not alike")
             if occupancy is not None and (occupancy.dtype, occupancy.shape) != (np.dtype(np.int8), masks[0].shape):

@@ -21,7 +21,7 @@ def a_life(agent="random", seed=0, found=(0, 2, 4), steps=20, env="room", state=
     half = steps // 2
     spent = {"seconds": [0, 1, 3], "cpu_seconds": [0, 1, 2], "updates": [0, 5, 10], "frames_read": [0, np.nan, np.nan]}
     budget, curve = {key: np.array(sums, float) for key, sums in spent.items()}, Curve(np.array(found), steps, 10)
-    return Life(Path(f"{env}_{agent}_{seed}_{steps}"), env, agent, seed, "cpu", settings, {}, curve,
+    return Life(Path(f"{env}_{agent}_{seed}_{steps}"), {"name": env}, agent, seed, "cpu", settings, {}, curve,
                 np.array([0, half, steps]), budget, state, "", state == "done" and not gaps, gaps)
 
 
