@@ -35,8 +35,8 @@ KINDS = (  # of several cells in one drawn square the last of these is shown: no
     Kind("#b4c2d3", "unknown"),
     Kind("#dfe0e2", "floor, out of reach"),
     Kind("#f7f7f5", "can be reached"),
-    Kind("#b5e8f2", "occupancy 1 to 99, free"),
-    Kind("#06b6d4", "occupancy 1 to 99, an obstacle"),
+    Kind("#6fd3e5", "occupancy 1 to 99, free"),
+    Kind("#0891b2", "occupancy 1 to 99, an obstacle"),
     Kind("#374151", "wall or furniture"),
 )
 NOTHING, UNKNOWN, FLOOR, REACHED, PART, PART_SOLID, SOLID = range(len(KINDS))

@@ -83,7 +83,7 @@ def trajectories(run: Run, episodes: Sequence[int]) -> Figure:
         axes.set_title(f"episode {episode}")
     for axes in all_axes[len(episodes):]:
         axes.set_axis_off()
-    figure.colorbar(lines, ax=all_axes, shrink=0.8, label="step of the episode")
+    figure.colorbar(lines, ax=all_axes, shrink=0.8, panchor=False, label="step of the episode")
     figure.legend(*all_axes[0].get_legend_handles_labels(), loc="outside lower center", ncols=3)
     figure.suptitle(wrapped(run.label, figure.get_figwidth() - 0.3), fontsize=9)
     return figure
