@@ -159,7 +159,7 @@ def draw_line(axes: Axes, x: np.ndarray, line: Estimate, arm: str, look: dict[st
     offset = gap * list(look).index(arm) // len(look)
     axes.fill_between(x, line.low, line.high, color=color, alpha=0.13, linewidth=0)
     axes.plot(x, line.value, color=color, linestyle=dashes, marker=marker, markersize=3.5, markevery=(offset, gap),
-              linewidth=1.5, label=arm)
+              linewidth=1.5, label=wrapped(arm, 6.0))
 
 
 def draw_rows(axes: Axes, look: dict[str, Look], estimates: dict[str, Estimate], runs: dict[str, np.ndarray]) -> None:

@@ -54,7 +54,8 @@ class View:
         self.scale = min(SIDE / rows, 2 * SIDE / columns)  # pixels a cell
         size = round(columns * self.scale) // 2 * 2, round(rows * self.scale) // 2 * 2
         self.drawn = np.full((SIDE, size[0], 3), 255, np.uint8)
-        self.drawn[:size[1]] = cv2.resize(picture, size, interpolation=cv2.INTER_NEAREST)[::-1]
+        fewer = cv2.INTER_AREA if self.scale < 1 else cv2.INTER_NEAREST  # no thin wall of a large building gets lost
+        self.drawn[:size[1]] = cv2.resize(picture, size, interpolation=fewer)[::-1]
         self.plan, self.low, self.height = plan, low, size[1]
         self.last: tuple[int, int] | None = None
         middle, half = np.array(self.pixel(plan.start.x, plan.start.y)) >> FINE, max(4, round(self.scale))

@@ -22,7 +22,7 @@ def wrapped(text: str, inches: float, indent: str = "") -> str:
 
 def columns_for(figure: Figure, names: Sequence[str], most: int = 5, share: float = 1.0) -> int:
     """How many columns of a legend fit into a share of the figure's width."""
-    wide = max(map(len, names), default=1) * LETTER + 0.55
+    wide = max((len(line) for name in names for line in name.split("\n")), default=1) * LETTER + 0.55
     return max(1, min(most, len(names), int(share * figure.get_figwidth() / wide)))
 
 

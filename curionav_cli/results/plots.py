@@ -168,7 +168,7 @@ def draw_curves(axes: Axes, runs: Sequence[Run], title: str) -> None:
         colour, dashes, _ = look[run.agent]
         steps = np.unique(np.concatenate([run.curve.found, np.linspace(0, run.curve.steps, 400).astype(int)]))
         axes.plot(steps, run.curve.at(steps), color=colour, linestyle=dashes, linewidth=1.6,
-                  label=None if run.agent in named else run.agent)
+                  label=None if run.agent in named else wrapped(run.agent, 5.0))
         named.add(run.agent)
     total = max(run.coverage.total for run in runs)
     axes.axhline(total, color=MAXIMUM, linestyle=":", linewidth=1.4)
