@@ -225,6 +225,7 @@ def main(arguments: list[str] | None = None) -> Any:
     """Exit codes: 0 done, 1 the run failed, 2 wrong use or config, 130 interrupted, 143 stopped by SIGTERM."""
     for name, value in (("OMP_WAIT_POLICY", "PASSIVE"), ("OMP_NUM_THREADS", "1")):
         os.environ.setdefault(name, value)  # one thread a run: spinning threads cost up to 33 times
+    os.environ["MPLBACKEND"] = "agg"  # a notebook leaves one that is not installed here, and matplotlib does not load
     for name in ("stdout", "stderr"):
         if getattr(sys, name) is None:  # closed by who began it, as `>&-` does
             setattr(sys, name, os.fdopen(os.open(os.devnull, os.O_WRONLY), "w"))

@@ -36,6 +36,8 @@ class FloorPlan:
 
     visitable, floor, solid: (rows, columns) bool. `visitable` are the cells whose centre the robot
     can reach, `floor` every cell of the building, `solid` those covered by a wall or furniture.
+    occupancy: (rows, columns) int8 of a ROS map, -1 unknown, 0 free to 100 occupied; None of a scene. dock: None: the
+    start.
     """
 
     visitable: np.ndarray
@@ -46,6 +48,13 @@ class FloorPlan:
     radius: float
     name: str = ""
     map_origin: Pose = ORIGIN  # of the lower-left corner, in the frame of a ROS map
+    occupancy: np.ndarray | None = None
+    dock: Pose | None = None
+
+    @property
+    def unknown(self) -> np.ndarray:
+        """(rows, columns) bool: what a ROS map says nothing about; no cell of a scene."""
+        return np.zeros_like(self.solid) if self.occupancy is None else self.occupancy < 0
 
     def cells(self, x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """(row, column) of positions in metres; positions outside are clipped to the border."""
@@ -57,21 +66,25 @@ class FloorPlan:
     def save(self, path: Path) -> None:
         numbers = {
             "cell": self.cell, "start": list(self.start), "radius": self.radius,
-            "name": self.name, "map_origin": list(self.map_origin),
+            "name": self.name, "map_origin": list(self.map_origin), **({"dock": list(self.dock)} if self.dock else {}),
         }
-        masks = {key: getattr(self, key) for key in ("visitable", "floor", "solid")}
-        write_arrays(path, {**masks, "numbers": np.array(json.dumps(numbers))})
+        grids = {key: getattr(self, key) for key in ("visitable", "floor", "solid", "occupancy")}
+        held = {key: grid for key, grid in grids.items() if grid is not None}
+        write_arrays(path, {**held, "numbers": np.array(json.dumps(numbers))})
 
     @classmethod
     def load(cls, path: Path) -> FloorPlan:
-        arrays = read_arrays(path, ("visitable", "floor", "solid", "numbers"))
-        masks = [arrays[key] for key in ("visitable", "floor", "solid")]
+        arrays = read_arrays(path, ("visitable", "floor", "solid", "numbers"), ("occupancy",))
+        masks, occupancy = [arrays[key] for key in ("visitable", "floor", "solid")], arrays.get("occupancy")
         with understood(path):
             numbers: dict[str, Any] = json.loads(str(arrays["numbers"]))
-            numbers |= {key: Pose(*map(float, numbers[key])) for key in ("start", "map_origin")}
+            poses = numbers.keys() & {"dock"} | {"start", "map_origin"}
+            numbers |= {key: Pose(*map(float, numbers[key])) for key in poses}
             if {(mask.dtype, mask.ndim, mask.shape) for mask in masks} != {(np.dtype(bool), 2, masks[0].shape)}:
                 raise ValueError("its masks are not alike")
-            return cls(masks[0], masks[1], masks[2], **numbers)
+            if occupancy is not None and (occupancy.dtype, occupancy.shape) != (np.dtype(np.int8), masks[0].shape):
+                raise ValueError("its occupancy is not of its masks' shape")
+            return cls(masks[0], masks[1], masks[2], **numbers, occupancy=occupancy)
 
 
 @dataclass(frozen=True)

@@ -16,7 +16,7 @@ from curionav_cli.commands.words import file_name, sorted_out
 from curionav_cli.errors import ConfigError, RunFolderError
 from curionav_cli.files import folder_for
 from curionav_cli.records import Episode
-from curionav_cli.results import film, panels, plots
+from curionav_cli.results import film, panels, plots, tables
 from curionav_cli.results.coverage import DENOMINATORS, RULES
 from curionav_cli.results.runs import Run, tell_apart
 from curionav_cli.storage.run_folder import RunFolder
@@ -116,7 +116,7 @@ def indices(key: str, words: str | None, one: Run) -> list[int]:
 
 def draw(one: Run, folder: Path) -> list[str]:
     """Heatmap and curve by this rule and denominator; their names in the folder."""
-    share = f"{one.coverage.share:.1%} of {one.coverage.total} {one.denominator} cells"
+    share = f"{tables.percent(one.coverage.share)} of {one.coverage.total:,} {one.denominator} cells"
     figures = {"heatmap": plots.heatmap(one.coverage, f"{one.label}\n{share}"),
                "coverage": plots.curves([one], one.label)}
     names = {kind: f"{kind}_{one.rule}_{one.denominator}.png" for kind in figures}

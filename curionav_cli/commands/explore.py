@@ -109,7 +109,7 @@ def draw(run: RunFolder) -> None:
     from curionav_cli.results.runs import Run
 
     result = Run(run)
-    share = f"{result.coverage.share:.1%} of {result.coverage.total} {result.denominator} cells"
+    share = f"{tables.percent(result.coverage.share)} of {result.coverage.total:,} {result.denominator} cells"
     plots.save(plots.heatmap(result.coverage, f"{result.label}\n{share}"), run.figures / "heatmap.png")
     plots.save(plots.curves([result], result.label), run.figures / "coverage.png")
     predictions.draw(result, run.figures)

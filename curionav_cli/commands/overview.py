@@ -23,6 +23,7 @@ from curionav_cli.commands.progress import duration
 from curionav_cli.config.preflight import Plan
 from curionav_cli.errors import RunFolderError
 from curionav_cli.results.runs import job_number
+from curionav_cli.results.tables import percent
 from curionav_cli.storage.run_folder import RunFolder
 
 EVERY = 0.5  # seconds between two looks
@@ -101,7 +102,7 @@ def progress(row: dict[str, Any]) -> str:
 
 
 def coverage(row: dict[str, Any]) -> str:
-    return f"{row['coverage']:.1%}" if "coverage" in row else ""
+    return percent(row["coverage"]) if "coverage" in row else ""
 
 
 @contextmanager

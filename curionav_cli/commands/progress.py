@@ -13,6 +13,7 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn
 
 from curionav_cli.config.schema import Loop
+from curionav_cli.results.tables import percent
 
 EVERY = 10  # homecomings between two plain lines
 
@@ -88,8 +89,8 @@ def say(text: str) -> None:
 
 def duration(seconds: float) -> str:
     """'3 h 07 min' or '2 min 05 s'"""
-    return f"{seconds // 3600:.0f} h {seconds // 60 % 60:02.0f} min" if seconds >= 3600 else \
-        f"{seconds // 60:.0f} min {seconds % 60:02.0f} s"
+    minutes, rest = divmod(round(seconds), 60)
+    return f"{minutes // 60} h {minutes % 60:02} min" if minutes >= 60 else f"{minutes} min {rest:02} s"
 
 
 class Living:
@@ -110,7 +111,7 @@ class Living:
 
     def lived(self, coverage: float, visited: int, total: int) -> None:
         """An episode and its learning are done."""
-        episode, self.coverage = self.line.done + 1, f"coverage {coverage:.1%}"
+        episode, self.coverage = self.line.done + 1, f"coverage {percent(coverage)}"
         self.line.finished(episode, f"episode {episode}/{self.loop.episodes}, {episode * self.loop.steps} steps, "
                                     f"{self.rate:.0f} steps/s, {self.coverage} ({visited}/{total})")
         self.began = time.perf_counter()
@@ -138,7 +139,7 @@ class Serving:
     def lived(self, coverage: float, visited: int, total: int) -> None:
         """An episode that came was learned from."""
         self.done += 1
-        print(f"{self.done} episode{'s' * (self.done != 1)} learned, coverage {coverage:.1%} ({visited}/{total})",
+        print(f"{self.done} episode{'s' * (self.done != 1)} learned, coverage {percent(coverage)} ({visited}/{total})",
               flush=True)
 
 
@@ -172,7 +173,7 @@ class Returning:
     def home(self, success: bool) -> None:
         """One more request is done."""
         done, self.docked = self.line.done + 1, self.docked + success
-        text = f"request {done}/{self.line.total}, {self.docked} docked ({self.docked / done:.1%})"
+        text = f"request {done}/{self.line.total}, {self.docked} docked ({percent(self.docked / done)})"
         if done % EVERY == 0 or done == self.line.total:
             self.line.finished(done, text)
         else:

@@ -17,13 +17,19 @@ def run(request: Request) -> int:
 
 
 def work(settings: Config, folder: Path) -> dict[str, Any]:
-    """One sheet, and the top view alone, written into `folder`."""
+    """The plan as a map, a sheet of views, and its top view alone, written into `folder`."""
+    from curionav_cli.results import floor_plans, plots  # matplotlib only when there is something to draw
+    from curionav_cli.results.arms import scene_name
     from curionav_cli.world.sheet import contact_sheet, plans
 
     world = build.scene(settings)
+    cells, cell = int(world.plan.visitable.sum()), world.plan.cell
+    name, area = scene_name(vars(settings.env)), cells * cell ** 2
+    title = f"{name}: {cells:,} visitable cells of {cell * 100:g} cm, {area:,.2f} m2"
+    plots.save(floor_plans.sheet(world.plan, title), folder / "plan.png")
     contact_sheet(world, folder / "sheet.png")
-    plans([world], folder / "plan.png")
-    return {"cells": int(world.plan.visitable.sum()), "cell": world.plan.cell}
+    plans([world], folder / "above.png")
+    return {"cells": cells, "cell": cell}
 
 
 def check(settings: Config) -> None:
@@ -34,5 +40,5 @@ def summary(folder: Path, outcomes: list[Outcome]) -> None:
     for outcome in outcomes:
         if not outcome.code:
             area = outcome.result["cells"] * outcome.result["cell"] ** 2
-            print(f"{outcome.folder / 'sheet.png'}: {outcome.result['cells']} visitable cells of "
+            print(f"{outcome.folder / 'plan.png'} and sheet.png: {outcome.result['cells']} visitable cells of "
                   f"{outcome.result['cell'] * 100:g} cm, {area:.2f} m2")

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from rich.box import SIMPLE
+from rich.cells import cell_len
 from rich.console import Console
 from rich.table import Table
 from rich.text import Text
@@ -37,7 +38,7 @@ def show(folder: Path, folders: Sequence[Path]) -> None:
 
 
 def a_console() -> Console:
-    """The terminal; a file gets lines of 140 characters."""
+    """The terminal; a file gets lines of 140 characters, but for its tables (print_columns)."""
     return Console() if sys.stdout.isatty() else Console(width=140)
 
 
@@ -124,22 +125,23 @@ def print_table(rows: Sequence[dict[str, Any]], console: Console, shown: Sequenc
 
 def print_columns(rows: Sequence[dict[str, Any]], columns: tables.Columns, console: Console, shown: Sequence[str],
                   caption: str | None = None) -> None:
-    """The columns with the headings in `shown`, as many as the terminal is wide."""
+    """The columns with the headings in `shown`, as many as the terminal is wide; a file gets them all."""
     headings = [heading for heading, _, _ in columns]
     lines = [dict(zip(headings, tables.cells(row, columns), strict=True)) for row in rows]
     table = Table(box=SIMPLE, pad_edge=False, caption=caption, caption_justify="left")
     used = 0
     for heading in shown:
-        used += 3 + max(len(heading), *(len(line[heading]) for line in lines))
-        if used > console.width:
+        used += 3 + max(len(heading), *(cell_len(line[heading]) for line in lines))
+        if used > console.width and console.is_terminal:
             break
         table.add_column(heading, justify="left" if heading in LEFT else "right", no_wrap=True)
     hidden = len(shown) - len(table.columns)
     if hidden:
-        table.caption = "\n".join([*filter(None, [caption]), f"{hidden} columns more need a wider terminal."])
+        more = "1 more column needs" if hidden == 1 else f"{hidden} more columns need"
+        table.caption = "\n".join([*filter(None, [caption]), f"{more} a wider terminal."])
     for line in lines:
         table.add_row(*(Text(line[heading]) for heading in shown[:len(table.columns)]))  # brackets are no markup
-    console.print(table)
+    (console if console.is_terminal else Console(file=console.file, width=max(used, console.width))).print(table)
 
 
 def print_files(console: Console, root: Path, names: Sequence[str]) -> None:

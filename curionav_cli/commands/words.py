@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import difflib
 import re
+import zlib
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from curionav_cli.errors import ConfigError
 
+LONGEST = 120  # bytes of a label in a file's name, of which a disk takes 255
 Choices = Mapping[str, Sequence[str]]  # setting -> its values; none: anything
 
 
@@ -28,8 +30,10 @@ def choice(command: str, word: str, choices: Choices) -> tuple[str, str]:
 
 
 def file_name(label: str) -> str:
-    """A label as a part of a file's name."""
-    return re.sub("[^A-Za-z0-9.=-]+", "_", label)
+    """A label as a part of a file's name; of a long one the beginning and a checksum."""
+    name = re.sub(r"[^\w.=-]+", "_", label)
+    whole = name.encode()
+    return name if len(whole) <= LONGEST else f"{whole[:LONGEST].decode(errors='ignore')}_{zlib.crc32(whole):08x}"
 
 
 def one_of(key: str, value: str, values: Sequence[str]) -> str:

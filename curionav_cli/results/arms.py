@@ -2,15 +2,19 @@
 
 Two runs are the same arm if all that a run may not change while it goes on (fixed.json) is the same, apart from the
 seed and the world; two worlds are the same if theirs is, apart from what draws the pictures. A name is the agent's
-(or the scene's), with the fewest settings that tell it from its namesakes: `lbs_dreamer curiosity=shuffled`.
+(or the scene's), with the fewest settings that tell it from its namesakes: `lbs_dreamer curiosity=shuffled`. ROS maps
+of one name are told apart by the shortest ending of their paths: `north/office`, `south/office`.
 """
 
 from __future__ import annotations
 
 import hashlib
 import json
+import os
+from collections import Counter
 from collections.abc import Iterable, Sequence
 from itertools import combinations
+from pathlib import Path
 from typing import Any
 
 Settings = dict[str, Any]
@@ -49,10 +53,46 @@ def labels(names: Sequence[str], settings: Sequence[Settings], presets: Sequence
         arms = {which[index]: {"scale": presets[index], **settings[index]} for index in reversed(members)}
         keys = telling(list(arms.values()))
         shown = {key: short(key, {key for arm in arms.values() for key in arm}) for key in keys}
+        values = {key: texts([arm.get(key, ABSENT) for arm in arms.values()]) for key in keys}
         for index in members:
-            arm = arms[which[index]]
-            found[index] = " ".join([name, *(f"{shown[key]}={text(arm.get(key, ABSENT))}" for key in keys)])
+            place = list(arms).index(which[index])
+            found[index] = " ".join([name, *(f"{shown[key]}={values[key][place]}" for key in keys)])
     return found
+
+
+def scene_name(env: Settings) -> str:
+    """What a world is called: its scene's name, its ROS map's file, or that one's folder where it is just map.yaml."""
+    return endings(env["map"])[0] if env.get("map") else env["name"]
+
+
+def world_labels(envs: Sequence[Settings], worlds: Sequence[Settings]) -> list[str]:
+    """A label for the world of each run: the same for the same name and settings. envs: name and map; worlds: as
+    world_settings gives them. A world that is there again with its map in another place keeps the first one's name."""
+    worlds_named = [(scene_name(env), json.dumps(world, sort_keys=True)) for env, world in zip(envs, worlds)]
+    first: dict[tuple[str, str], str] = {}
+    for world, env in zip(worlds_named, envs):
+        first.setdefault(world, str(Path(env["map"]).resolve()) if env.get("map") else "")
+    names = []
+    for world in worlds_named:
+        same = [path for other, path in first.items() if other[0] == world[0] and path]
+        names.append(told_apart(same)[first[world]] if first[world] else world[0])
+    return labels(names, worlds, [""] * len(names))
+
+
+def endings(path: str) -> list[str]:
+    """What a file may be called, from short to long: office, north/office ... Of a file map.yaml its folder stands for
+    it."""
+    whole = Path(path).resolve()
+    parts = whole.with_suffix("").parts[1:]
+    parts = parts[:-1] if parts[-1] == "map" and parts[:-1] else parts
+    return [*("/".join(parts[-n:]) for n in range(1, len(parts) + 1)), whole.name, str(whole)]
+
+
+def told_apart(paths: Sequence[str]) -> dict[str, str]:
+    """For each path the shortest of its endings that no other path has."""
+    names = {path: endings(path) for path in paths}
+    taken = Counter(name for ways in names.values() for name in set(ways))
+    return {path: next((name for name in ways if taken[name] == 1), path) for path, ways in names.items()}
 
 
 def telling(arms: Sequence[Settings]) -> list[str]:
@@ -79,6 +119,13 @@ def text(value: Any) -> str:
     """A value in a label; a long one by the beginning of its checksum."""
     plain = value if isinstance(value, str) else json.dumps(value, separators=(",", ":"))
     return plain if len(plain) <= 24 else f"#{hashlib.sha256(plain.encode()).hexdigest()[:6]}"
+
+
+def texts(values: Sequence[Any]) -> list[str]:
+    """Values of one setting in labels; paths by what tells them apart."""
+    if all(isinstance(value, str) and os.sep in value for value in values):
+        return list(map(told_apart(values).__getitem__, values))
+    return list(map(text, values))
 
 
 def differences(arms: dict[str, Settings]) -> dict[str, dict[str, str]]:

@@ -12,7 +12,8 @@ from matplotlib.figure import Figure
 
 from curionav_cli.files import read_arrays
 from curionav_cli.records import FloorPlan
-from curionav_cli.results import plots
+from curionav_cli.results import floor_plans
+from curionav_cli.results.lettering import columns_for, wrapped
 from curionav_cli.results.runs import Run
 
 TRUE, BELIEVED, APART = "#0b5fa5", "#c2410c", "#9ca3af"
@@ -42,30 +43,30 @@ def paths(run: Run) -> Figure | None:
     first = max(0, len(lived) - MOST)
     across = min(ACROSS, len(lived) - first)
     down = math.ceil((len(lived) - first) / across)
-    wide, high = plots.extent_of(run.plan)
-    size = 3.6 / max(wide, high)
-    figure = Figure(((0.35 + size * wide) * across + 0.6, (0.55 + size * high) * down + 0.5), layout="constrained")
+    wide, high = floor_plans.figure_size(run.plan, 3.6, 1.3)
+    figure = Figure(((0.35 + wide) * across + 0.6, (0.55 + high) * down + 0.8), layout="constrained")
     panels = list(figure.subplots(down, across, squeeze=False, sharex=True, sharey=True).flat)
     for axes, number in zip(panels, range(first, len(lived))):
         draw(axes, run.plan, lived[number])
-        axes.set_title(f"{number}: {came(lived[number].dock)}", fontsize=7)
+        axes.set_title(wrapped(f"{number}: {came(lived[number].dock)}", 1.2 * wide), fontsize=7)
     for axes in panels[len(lived) - first:]:
         axes.set_axis_off()
-    figure.legend(*panels[0].get_legend_handles_labels(), loc="outside lower center", ncols=3)
-    figure.suptitle(f"{run.label}: true and believed path; above each how the robot came home before", fontsize=9)
+    handles, names = panels[0].get_legend_handles_labels()
+    figure.legend(handles, names, loc="outside lower center", ncols=columns_for(figure, names))
+    figure.suptitle(wrapped(f"{run.label}: true and believed path; above each how the robot came home before",
+                            figure.get_figwidth() - 0.3), fontsize=9)
     return figure
 
 
 def draw(axes: Axes, plan: FloorPlan, belief: Belief) -> None:
-    rows, columns = plan.floor.shape
-    plots.draw_plan(axes, plan, (0.0, columns * plan.cell, 0.0, rows * plan.cell))
-    joined = np.stack([belief.pose[::EVERY, :2], belief.estimate[::EVERY, :2]])  # (2, n, 2)
+    floor_plans.draw_plan(axes, plan)
+    true, believed = (floor_plans.frame(plan).transform(path[:, :2]) for path in (belief.pose, belief.estimate))
+    joined = np.stack([true[::EVERY], believed[::EVERY]])  # (2, n, 2)
     axes.plot(*joined.transpose(2, 0, 1), color=APART, linewidth=0.6)
-    axes.plot(belief.pose[:, 0], belief.pose[:, 1], color=TRUE, linewidth=1.0, label="where it was")
-    axes.plot(belief.estimate[:, 0], belief.estimate[:, 1], color=BELIEVED, linewidth=0.8, linestyle=(0, (3, 1)),
-              label="where it believed to be")
-    axes.plot(*belief.pose[-1, :2], "o", color="#111827", markersize=3, label="end of the episode")
-    plots.mark_start(axes, plan)
+    axes.plot(*true.T, color=TRUE, linewidth=1.0, label="where it was")
+    axes.plot(*believed.T, color=BELIEVED, linewidth=0.8, linestyle=(0, (3, 1)), label="where it believed to be")
+    axes.plot(*true[-1], "o", color="#111827", markersize=3, label="end of the episode")
+    floor_plans.mark_places(axes, plan, 5.0)
 
 
 def came(dock: dict[str, Any] | None) -> str:

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from curionav_cli.results.arms import labels
+from curionav_cli.results.arms import labels, world_labels
 from curionav_cli.results.lives import Life
 
 SHARES = (50, 80, 90)  # per cent
@@ -65,7 +65,7 @@ class Comparison:
 def compare(lives: Sequence[Life]) -> Comparison:
     """Sort lives into environments and arms."""
     arms = labels([life.agent for life in lives], [life.arm for life in lives], [life.preset for life in lives])
-    envs = labels([life.scene for life in lives], [life.world for life in lives], [""] * len(lives))
+    envs = world_labels([life.env for life in lives], [life.world for life in lives])
     names = dict(zip(lives, zip(envs, arms)))
     left_out = again(names)
     fields = [field_of(env, {life: names[life][1] for life in lives if names[life][0] == env}, left_out)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from functools import partial
-from textwrap import fill
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -13,6 +12,7 @@ from matplotlib.ticker import EngFormatter, MaxNLocator
 
 from curionav_cli.results.comparison import Comparison, Field
 from curionav_cli.results.estimates import ALL
+from curionav_cli.results.lettering import columns_for, legible, wrapped
 from curionav_cli.results.plots import MAXIMUM, Look
 from curionav_cli.results.statistics import Estimate, mean_interval, mean_of_means
 from curionav_cli.results.tables import Row
@@ -73,15 +73,16 @@ def courses(comparison: Comparison, look: dict[str, Look], meaning: str) -> Figu
     letters = [chr(ord("a") + place) for place in range(drawn)]
     for letter, axes, field in zip(letters, all_axes, comparison.fields):
         draw_cells(axes, field, {arm: look[arm] for arm in field.arms})
-        axes.set_title(f"{letter}  {field.env}", loc="left")
+        axes.set_title(wrapped(f"{letter}  {field.env}", 2.6), loc="left")
     if comparison.common[1:]:
         draw_mean(all_axes[drawn - 1], comparison.common, look)
         all_axes[drawn - 1].set_title(f"{letters[-1]}  over all runs", loc="left")
     for axes in all_axes[drawn:]:
         axes.set_axis_off()
     handles = {label: line for axes in all_axes for line, label in zip(*axes.get_legend_handles_labels())}
-    figure.legend(list(handles.values()), list(handles), loc="outside lower center", ncols=4)
-    figure.suptitle(fill(f"{meaning}: mean, 95 % t interval, and every seed", 46 * across), fontsize=9)
+    figure.legend(list(handles.values()), list(handles), loc="outside lower center",
+                  ncols=columns_for(figure, list(handles), 4))
+    figure.suptitle(wrapped(f"{meaning}: mean, 95 % t interval, and every seed", 3.3 * across), fontsize=9)
     return figure
 
 
@@ -121,7 +122,7 @@ def moments(horizon: int) -> np.ndarray:
 
 def panels(title: str, look: dict[str, Look]) -> tuple[Figure, list[Axes]]:
     """Three axes: a square one, and two with a row for each arm, named once; the arms' names below."""
-    names = [arm.replace(" ", "\n") for arm in look]
+    names = [legible(wrapped(arm.replace(" ", "\n"), 2.0)) for arm in look]
     row = max(0.36, 0.18 * max(one.count("\n") + 1 for one in names))  # inches: no name runs into the next
     figure = Figure((8.6, max(2.9, 1.5 + row * len(look))), layout="constrained")
     left, middle, right = figure.subplots(1, 3, width_ratios=(1.35, 1, 0.9))
@@ -134,7 +135,7 @@ def panels(title: str, look: dict[str, Look]) -> tuple[Figure, list[Axes]]:
     for axes in (middle, right):
         axes.grid(axis="x", color="#e5e7eb", linewidth=0.6)
         axes.xaxis.set_major_locator(MaxNLocator(3))
-    figure.suptitle(title, fontsize=9)
+    figure.suptitle(wrapped(title, 8.2), fontsize=9)
     return figure, [left, middle, right]
 
 
@@ -158,7 +159,7 @@ def draw_line(axes: Axes, x: np.ndarray, line: Estimate, arm: str, look: dict[st
     offset = gap * list(look).index(arm) // len(look)
     axes.fill_between(x, line.low, line.high, color=color, alpha=0.13, linewidth=0)
     axes.plot(x, line.value, color=color, linestyle=dashes, marker=marker, markersize=3.5, markevery=(offset, gap),
-              linewidth=1.5, label=arm)
+              linewidth=1.5, label=wrapped(arm, 6.0))
 
 
 def draw_rows(axes: Axes, look: dict[str, Look], estimates: dict[str, Estimate], runs: dict[str, np.ndarray]) -> None:
@@ -179,7 +180,7 @@ def write_beside(axes: Axes, look: dict[str, Look], words: dict[str, str]) -> No
 
 
 def name(axes: Axes, title: str, label: str) -> None:
-    axes.set_title(fill(title, 30, subsequent_indent="    "), loc="left")
+    axes.set_title(wrapped(title, 2.2, "    "), loc="left")
     axes.set_xlabel(label)
 
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from curionav_cli.files import read_json
 from curionav_cli.records import DockReport
-from curionav_cli.results.arms import flat, labels, world_settings
+from curionav_cli.results.arms import flat, labels, world_labels, world_settings
 from curionav_cli.results.statistics import share_interval
 from curionav_cli.results.tables import Columns, Row
 from curionav_cli.storage.run_folder import RunFolder
@@ -57,7 +57,7 @@ def counted(runs: Sequence[RunFolder]) -> tuple[list[Counted], list[Counted]]:
     others is not in the second list."""
     fixed, settings = [read_json(run.path / "fixed.json") for run in runs], [run.settings for run in runs]
     presets = [one["scale"] for one in settings]
-    envs = labels([one["env"]["name"] for one in settings], list(map(world_settings, fixed)), [""] * len(runs))
+    envs = world_labels([one["env"] for one in settings], list(map(world_settings, fixed)))
     robots = labels([one["robot"]["name"] for one in settings], [flat(one["robot"]) for one in fixed], presets)
     agents = labels([one["agent"]["name"] for one in settings],
                     [flat({key: one[key] for key in ("agent", "loop")}) for one in fixed], presets)

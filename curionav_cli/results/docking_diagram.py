@@ -12,6 +12,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import FancyBboxPatch
 
+from curionav_cli.results.lettering import wrapped
 from curionav_cli.robot.docking.nouns import RECOVERABLE, Code, Phase
 
 PLACES: Mapping[Phase, tuple[float, float]] = {  # in boxes, to the right and up
@@ -42,7 +43,7 @@ def diagram(moves: Moves, recoveries: Sequence[str], title: str) -> Figure:
     final = ", ".join(code.name for code in Code if code not in RECOVERABLE and code is not Code.docked)
     axes.text(5, -0.42, f"after the last recovery, or at once:\n{final}", ha="center", va="top", fontsize=7, color=PALE,
               wrap=True)
-    axes.set(xlim=(-0.6, 6.6), ylim=(-0.8, 2.4), title=title)
+    axes.set(xlim=(-0.6, 6.6), ylim=(-0.8, 2.4), title=wrapped(title, 7 * WIDE))
     axes.set_axis_off()
     return figure
 

@@ -9,6 +9,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Circle, Rectangle, Wedge
 
 from curionav_cli.records import DockReport
+from curionav_cli.results.lettering import wrapped
 
 COLOURS = (  # one for every way in which a homecoming can end
     "#0b5fa5", "#15803d", "#c2410c", "#be185d", "#6d28d9", "#92400e", "#111827", "#0891b2", "#65a30d", "#ca8a04",
@@ -36,8 +37,9 @@ def arrivals(docks: Sequence[DockReport], cone: float, reach: float, radius: flo
         x, y, yaw = pose[chosen].T
         around.plot(x, y, ".", color=colour, markersize=3, label=f"{name} ({chosen.sum()})")
         around.plot([x, x - ARROW * np.cos(yaw)], [y, y - ARROW * np.sin(yaw)], color=colour, linewidth=0.4)
-    around.set(title=title, xlabel="before the dock (m)", ylabel="to the dock's left (m)", aspect="equal")
-    around.legend(fontsize=7, loc="upper left")
+    around.set(title=wrapped(title, 5.0), xlabel="before the dock (m)", ylabel="to the dock's left (m)", aspect="equal")
+    if names:
+        around.legend(fontsize=7, loc="upper left")
     draw_errors(beside, came, kinds, names)
     return figure
 

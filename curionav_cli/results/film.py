@@ -19,7 +19,7 @@ from matplotlib.colors import to_rgb
 from curionav_cli.errors import RunFolderError
 from curionav_cli.files import write_whole
 from curionav_cli.records import Episode, FloorPlan
-from curionav_cli.results.plots import START, picture_of
+from curionav_cli.results.floor_plans import START, picture_of
 
 SIDE = 192  # pixels: the camera's picture is enlarged three times
 FRAMES_A_SECOND = 20  # steps
@@ -54,11 +54,12 @@ class View:
         self.scale = min(SIDE / rows, 2 * SIDE / columns)  # pixels a cell
         size = round(columns * self.scale) // 2 * 2, round(rows * self.scale) // 2 * 2
         self.drawn = np.full((SIDE, size[0], 3), 255, np.uint8)
-        self.drawn[:size[1]] = cv2.resize(picture, size, interpolation=cv2.INTER_NEAREST)[::-1]
+        fewer = cv2.INTER_AREA if self.scale < 1 else cv2.INTER_NEAREST  # no thin wall of a large building gets lost
+        self.drawn[:size[1]] = cv2.resize(picture, size, interpolation=fewer)[::-1]
         self.plan, self.low, self.height = plan, low, size[1]
         self.last: tuple[int, int] | None = None
         middle, half = np.array(self.pixel(plan.start.x, plan.start.y)) >> FINE, max(4, round(self.scale))
-        blue = tuple(round(255 * part) for part in to_rgb(START))
+        blue = tuple(round(255 * part) for part in to_rgb(START[1]))
         cv2.rectangle(self.drawn, (middle - half).tolist(), (middle + half).tolist(), blue, -1)
 
     def pixel(self, x: float, y: float) -> tuple[int, int]:

@@ -22,12 +22,13 @@ NOTED = ("landing", "visitable")  # how a run counts itself while it is lived
 class Life:
     """One run, small enough to keep a hundred.
 
-    ends: (E + 1,) steps lived after 0 to E episodes. budget: what was spent by then, (E + 1,) of each part, nan
-    where it is not known. whole: lived to its end, and no episode is missing. gaps: what is missing, a line each.
+    env: its name and map. ends: (E + 1,) steps lived after 0 to E episodes. budget: what was spent by then, (E + 1,) of
+    each part, nan where it is not known. whole: lived to its end, and no episode is missing. gaps: what is missing, a
+    line each.
     """
 
     folder: Path
-    scene: str
+    env: Settings
     agent: str
     seed: int
     preset: str
@@ -80,5 +81,5 @@ def read(folder: Path, rule: str, denominator: str) -> Life:
     ends = np.array(found.ends)
     budget = {key: np.append(sums, np.full(max(0, len(ends) - len(sums)), np.nan))
               for key, sums in spent(metrics).items()}
-    return Life(folder, run.env, run.agent, run.seed, run.preset, arm_settings(fixed), world_settings(fixed),
+    return Life(folder, run.config["env"], run.agent, run.seed, run.preset, arm_settings(fixed), world_settings(fixed),
                 found.curve, ends, budget, state, error, state == "done" and not found.lost, found.gaps)

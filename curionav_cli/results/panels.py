@@ -13,8 +13,10 @@ from matplotlib.figure import Figure
 
 from curionav_cli.files import read_arrays
 from curionav_cli.records import FloorPlan
-from curionav_cli.results import plots
+from curionav_cli.results import floor_plans, plots
+from curionav_cli.results.lettering import columns_for, wrapped
 from curionav_cli.results.runs import Run
+from curionav_cli.results.tables import percent
 
 STRIP = 9  # frames of a first-person strip
 PAST = "viridis_r"  # from pale to dark in the course of an episode, also in greyscale
@@ -22,14 +24,15 @@ PAST = "viridis_r"  # from pale to dark in the course of an episode, also in gre
 
 def beside(runs: Sequence[Run]) -> Figure:
     """The first run's heatmap, then the curve of every run in a panel of its own; runs of one environment."""
-    wide, high = plots.extent_of(runs[0].plan)
-    ratios = [1.2 + 2.6 * min(1.0, wide / high), *[3.0] * len(runs)]
-    figure = Figure((2.0 + 3.4 * min(1.0, wide / high) + 3.6 * len(runs), 3.6), layout="constrained")
-    left, *rest = figure.subplots(1, 1 + len(runs), width_ratios=ratios)
-    plots.draw_heatmap(left, runs[0].coverage, f"a  {runs[0].label}", int(plots.blocks(runs[0].coverage).max()))
-    plots.add_scale(figure, [left], runs[0].coverage)
+    wide, _ = floor_plans.figure_size(runs[0].plan, 3.4, 1.3)
+    figure = Figure((2.0 + wide + 3.6 * len(runs), 3.6), layout="constrained")
+    left, *rest = figure.subplots(1, 1 + len(runs), width_ratios=[1.2 + 0.8 * wide, *[3.0] * len(runs)])
+    image = plots.draw_heatmap(left, runs[0].coverage, wrapped(f"a  {runs[0].label}", 1.0 + wide),
+                               int(plots.blocks(runs[0].coverage).max()))
+    plots.add_scale(figure, [left], image, runs[0].coverage)
     for letter, axes, run in zip("bcdefgh", rest, runs):
-        plots.draw_curves(axes, [run], f"{letter}  {run.agent}, seed {run.seed}: {run.coverage.share:.1%}")
+        plots.draw_curves(axes, [run], wrapped(f"{letter}  {run.agent}, seed {run.seed}: {percent(run.coverage.share)}",
+                                               2.9))
     return figure
 
 
@@ -37,16 +40,18 @@ def card(run: Run, others: Sequence[Run]) -> Figure:
     """The run at a glance: its heatmap beside its curve (and the others', of the same environment) above its camera."""
     figure = Figure((8.6, 4.6), layout="constrained")
     above, below = figure.subfigures(2, 1, height_ratios=(3.5, 1.1), squeeze=False).flat
-    wide, high = plots.extent_of(run.plan)
-    left, right = above.subplots(1, 2, width_ratios=(1.0 + 1.6 * min(1.0, wide / high), 3.2))
+    wide, _ = floor_plans.figure_size(run.plan, 1.6, 0.4)
+    left, right = above.subplots(1, 2, width_ratios=(1.0 + wide, 3.2))
     coverage = run.coverage
-    plots.draw_heatmap(left, coverage, f"{run.label}\n{coverage.steps:,} steps, {coverage.share:.1%} of "
-                       f"{coverage.total:,} cells", int(plots.blocks(coverage).max()))
-    above.colorbar(left.images[-1], ax=left, shrink=0.8, label=plots.visits_label(coverage))
+    title = f"{run.label}\n{coverage.steps:,} steps, {percent(coverage.share)} of {coverage.total:,} cells"
+    image = plots.draw_heatmap(left, coverage, wrapped(title, 1.8 + wide), int(plots.blocks(coverage).max()))
+    plots.add_scale(above, [left], image, coverage)
     plots.draw_curves(right, [run, *others], "cells visited")
-    right.legend(loc="upper center", bbox_to_anchor=(0.5, -0.16), ncols=5, columnspacing=1.2)
-    step, image = strip(run)
-    for axes, number, frame in zip(below.subplots(1, STRIP), step, image):
+    names = right.get_legend_handles_labels()[1]
+    right.legend(loc="upper center", bbox_to_anchor=(0.5, -0.16), ncols=columns_for(figure, names, share=0.6),
+                 columnspacing=1.2)
+    step, seen = strip(run)
+    for axes, number, frame in zip(below.subplots(1, STRIP), step, seen):
         axes.imshow(frame)
         axes.set_title(f"{number}", fontsize=7, pad=2)
         axes.set_axis_off()
@@ -65,28 +70,29 @@ def trajectories(run: Run, episodes: Sequence[int]) -> Figure:
     """The way of each of these episodes over the plan, from pale at its start to dark at its end."""
     across = min(len(episodes), 4)
     down = -(-len(episodes) // across)
-    wide, high = plots.extent_of(run.plan)
-    size = 3.4 / max(wide, high)
-    figure = Figure(((0.7 + size * wide) * across + 1.0, (0.8 + size * high) * down), layout="constrained")
+    wide, high = floor_plans.figure_size(run.plan, 3.4, 1.5)
+    figure = Figure(((0.7 + wide) * across + 1.0, (0.8 + high) * down + 0.3), layout="constrained")
     all_axes = list(figure.subplots(down, across, squeeze=False).flat)
     for axes, episode in zip(all_axes, episodes):
         pose = read_arrays(run.episodes[episode], ("pose",))["pose"]
-        rows, columns = run.plan.floor.shape
-        plots.draw_plan(axes, run.plan, (0.0, columns * run.plan.cell, 0.0, rows * run.plan.cell))
+        floor_plans.draw_plan(axes, run.plan)
         lines = axes.add_collection(way(run.plan, pose))
-        plots.mark_start(axes, run.plan)
-        axes.plot(*pose[-1, :2], "o", color="#111827", markersize=4)
-        axes.set(title=f"episode {episode}", xlabel="x (m)", ylabel="y (m)")
+        floor_plans.mark_places(axes, run.plan, 5.0)
+        axes.plot(*floor_plans.frame(run.plan).transform(pose[-1, :2]), "o", color="#111827", markersize=4,
+                  label="end of the episode", linestyle="none")
+        axes.set_title(f"episode {episode}")
     for axes in all_axes[len(episodes):]:
         axes.set_axis_off()
-    figure.colorbar(lines, ax=all_axes, shrink=0.8, label="step of the episode")
-    figure.suptitle(run.label, fontsize=9)
+    figure.colorbar(lines, ax=all_axes, shrink=0.8, panchor=False, label="step of the episode")
+    figure.legend(*all_axes[0].get_legend_handles_labels(), loc="outside lower center", ncols=3)
+    figure.suptitle(wrapped(run.label, figure.get_figwidth() - 0.3), fontsize=9)
     return figure
 
 
 def way(plan: FloorPlan, pose: np.ndarray) -> LineCollection:
     """A line from pose to pose, coloured by step. pose: (T+1, 3)."""
-    ends = np.stack([pose[:-1, :2], pose[1:, :2]], 1)
+    place = floor_plans.frame(plan).transform(pose[:, :2])
+    ends = np.stack([place[:-1], place[1:]], 1)
     lines = LineCollection(list(ends), cmap=PAST, linewidths=1.2)
     lines.set_array(np.arange(len(ends)))
     return lines

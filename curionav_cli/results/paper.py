@@ -14,6 +14,7 @@ import numpy as np
 
 from curionav_cli.files import read_arrays
 from curionav_cli.records import DockReport, FloorPlan
+from curionav_cli.results.arms import scene_name
 from curionav_cli.results.comparison import Comparison, Field
 from curionav_cli.results.docking import reports
 from curionav_cli.results.estimates import summary
@@ -204,7 +205,7 @@ def docking(lives: Sequence[Life], runs: Sequence[RunFolder]) -> Iterator[Number
     ended on the dock without a person."""
     for env, paper in DOCKED.items():
         here = {life.folder: list(homecomings(life.folder)) for life in lives
-                if (life.scene, life.arm.get("robot.name")) == (env, ROBOT)}
+                if (scene_name(life.env), life.arm.get("robot.name")) == (env, ROBOT)}
         here |= {run.path: reports(run) for run in runs
                  if (run.settings["env"]["name"], run.settings["robot"]["name"]) == (env, ROBOT)}
         here = {path: several for path, several in here.items() if several}

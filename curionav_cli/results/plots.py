@@ -5,21 +5,23 @@ from __future__ import annotations
 from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
-from textwrap import fill
 from typing import Any, NamedTuple
 
 import matplotlib
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.colors import ListedColormap, LogNorm
-from matplotlib.figure import Figure
-from matplotlib.patches import Rectangle
-from matplotlib.ticker import EngFormatter
+from matplotlib.figure import Figure, SubFigure
+from matplotlib.image import AxesImage
+from matplotlib.ticker import EngFormatter, NullFormatter, StrMethodFormatter
 
 from curionav_cli.files import write_whole
 from curionav_cli.records import FloorPlan
+from curionav_cli.results import floor_plans
 from curionav_cli.results.coverage import Coverage
+from curionav_cli.results.lettering import LINE, columns_for, settle, wrapped
 from curionav_cli.results.runs import Run
+from curionav_cli.results.tables import percent
 
 
 class Look(NamedTuple):
@@ -47,29 +49,37 @@ VARIANTS = {  # of an agent's name in a label, everywhere too: which of OTHERS
     "reward=ride": 4, "curiosity=picture_count": 4, "curiosity=shuffled": 2, "curiosity=none": 6,
     "curiosity=count": 5, "curiosity=disagreement": 3, "curiosity=rnd": 0,
 }
-SOLID, START, MAXIMUM = "#4b5563", "#1d4ed8", "#b91c1c"
+MAXIMUM = "#b91c1c"
 VISITS = ListedColormap(matplotlib.colormaps["inferno_r"](np.linspace(0.15, 1, 256)))  # visible on white
 DRAWN = 140  # about so many squares along the longer side of a building
 matplotlib.rcParams.update({
     "figure.dpi": 110, "font.size": 9, "axes.spines.top": False, "svg.hashsalt": "curionav",
-    "axes.titlesize": 9, "legend.frameon": False,
+    "axes.titlesize": 9, "legend.frameon": False, "legend.fontsize": 8,
+    "text.parse_math": False,  # a map may be called a$b$c
 })
 
 
 def save(figure: Figure, path: Path) -> None:
     """PNG and PDF beside each other, finished or absent, without dates in them; their folder is made."""
     path.parent.mkdir(parents=True, exist_ok=True)
+    settle(figure)
     for kind, metadata in (("png", {"Software": None}), ("pdf", {"CreationDate": None})):
         write_whole(path.with_suffix(f".{kind}"), partial(figure.savefig, format=kind, metadata=metadata))
 
 
 def heatmap(coverage: Coverage, title: str) -> Figure:
-    """Visits of every cell over the floor plan, on a log scale; the start is a blue square."""
-    wide, high = extent_of(coverage.plan)
-    figure = Figure((2.2 + 5.0 * min(1.0, wide / high), 0.9 + 5.0 * min(1.0, high / wide)), layout="constrained")
+    """Visits of every cell over the floor plan, on a log scale; start and dock are marked."""
+    plan = coverage.plan
+    wide, high = floor_plans.figure_size(plan, 5.0, 2.4)
+    lines = wrapped(title, 2.0 + wide)
+    margins = 2.0 + LINE * lines.count("\n") + 0.5 * (wide > 5 * high)
+    figure = Figure((2.2 + wide, margins + high), layout="constrained")
     axes = figure.add_subplot()
-    draw_heatmap(axes, coverage, title, int(blocks(coverage).max()))
-    add_scale(figure, [axes], coverage)
+    image = draw_heatmap(axes, coverage, "", int(blocks(coverage).max()))
+    floor_plans.add_scale_bar(axes, plan)
+    add_scale(figure, [axes], image, coverage)
+    floor_plans.add_legend(figure, floor_plans.meanings(axes, plan))
+    figure.suptitle(lines, fontsize=9)
     return figure
 
 
@@ -78,37 +88,38 @@ def heatmaps(runs: Sequence[Run]) -> Figure:
     most = max(int(blocks(run.coverage).max()) for run in runs)
     across = min(len(runs), 4)
     down = -(-len(runs) // across)
-    wide, high = extent_of(runs[0].plan)
-    size = 3.6 if wide < high else 3.0
-    width = 0.6 + size * min(1.0, wide / high)
-    names = [fill(f"{run.agent}, seed {run.seed}", int(width / 0.08)) for run in runs]
-    height = 0.65 + 0.15 * max(1 + name.count("\n") for name in names) + size * min(1.0, high / wide)
+    wide, high = floor_plans.figure_size(runs[0].plan, 3.4, 1.6)
+    width = 0.6 + wide
+    names = [wrapped(f"{run.agent}, seed {run.seed}\n{percent(run.coverage.share)} of {run.coverage.total:,} cells",
+                     width) for run in runs]
+    height = 0.65 + 0.15 * max(1 + name.count("\n") for name in names) + high
     figure = Figure((width * across + 0.9, height * down), layout="constrained")
     all_axes = list(figure.subplots(down, across, squeeze=False).flat)
-    for axes, run, name in zip(all_axes, runs, names):
-        draw_heatmap(axes, run.coverage, f"{name}\n{run.coverage.share:.1%} of {run.coverage.total:,} cells", most)
+    images = [draw_heatmap(axes, run.coverage, name, most) for axes, run, name in zip(all_axes, runs, names)]
     for axes in all_axes[len(runs):]:
         axes.set_axis_off()
-    add_scale(figure, all_axes, runs[0].coverage)
+    add_scale(figure, all_axes, images[0], runs[0].coverage)
     return figure
 
 
-def draw_heatmap(axes: Axes, coverage: Coverage, title: str, most: int) -> None:
-    plan = coverage.plan
-    rows, columns = coverage.visits.shape
-    extent = (0.0, columns * plan.cell, 0.0, rows * plan.cell)
-    draw_plan(axes, plan, extent)
-    visits = blocks(coverage)
-    side = block_side(plan)
-    axes.imshow(np.ma.masked_equal(visits, 0), norm=LogNorm(1, max(2, most)), cmap=VISITS, origin="lower",
-                extent=(0, visits.shape[1] * side * plan.cell, 0, visits.shape[0] * side * plan.cell),
-                interpolation="nearest")
-    mark_start(axes, plan)
-    axes.set(title=title, xlabel="x (m)", ylabel="y (m)")
+def draw_heatmap(axes: Axes, coverage: Coverage, title: str, most: int) -> AxesImage:
+    """Plan, visits (the image that is returned) and, above them, the walls, which a square of many cells would hide."""
+    plan, visits = coverage.plan, blocks(coverage)
+    floor_plans.draw_plan(axes, plan)
+    image = floor_plans.draw_grid(axes, plan, np.ma.masked_equal(visits, 0), block_side(plan), cmap=VISITS,
+                                  norm=LogNorm(1, max(2, most)), zorder=1)
+    floor_plans.draw_plan(axes, plan, walls_only=True)
+    floor_plans.mark_places(axes, plan)
+    axes.set_title(title)
+    return image
 
 
-def add_scale(figure: Figure, all_axes: Sequence[Axes], coverage: Coverage) -> None:
-    figure.colorbar(all_axes[0].images[-1], ax=all_axes, shrink=0.8, label=visits_label(coverage))
+def add_scale(figure: Figure | SubFigure, all_axes: Sequence[Axes], image: AxesImage, coverage: Coverage) -> None:
+    """What the colours mean: right of the plans, below those of corridors."""
+    wide, high = floor_plans.size_of(coverage.plan)
+    bar = figure.colorbar(image, ax=all_axes, shrink=0.8, label=visits_label(coverage), panchor=False,
+                          location="bottom" if wide > 5 * high else "right", format=StrMethodFormatter("{x:,.0f}"))
+    bar.long_axis.set_minor_formatter(NullFormatter())
 
 
 def visits_label(coverage: Coverage) -> str:
@@ -118,7 +129,8 @@ def visits_label(coverage: Coverage) -> str:
 
 def block_side(plan: FloorPlan) -> int:
     """How many cells a drawn square is wide: more than one in a large building, so that it can be seen."""
-    return max(1, round(max(extent_of(plan)) / plan.cell / DRAWN))
+    longest = max(part.stop - part.start for part in floor_plans.window(plan))
+    return max(1, round(longest / DRAWN))
 
 
 def blocks(coverage: Coverage) -> np.ndarray:
@@ -127,38 +139,6 @@ def blocks(coverage: Coverage) -> np.ndarray:
     rows, columns = coverage.visits.shape
     whole = np.pad(coverage.visits, ((0, -rows % side), (0, -columns % side)))
     return whole.reshape(whole.shape[0] // side, side, whole.shape[1] // side, side).sum((1, 3))
-
-
-def extent_of(plan: FloorPlan) -> tuple[float, float]:
-    """Width and height of the building in metres, without the empty border of a map."""
-    used = np.argwhere(plan.floor)
-    rows, columns = used.max(0) - used.min(0) + 5
-    return columns * plan.cell, rows * plan.cell
-
-
-def draw_plan(axes: Axes, plan: FloorPlan, extent: tuple[float, float, float, float]) -> None:
-    """The plan's picture, cropped to the building."""
-    axes.imshow(picture_of(plan), origin="lower", extent=extent, interpolation="nearest")
-    used = np.argwhere(plan.floor)
-    low, high = (used.min(0) - 2) * plan.cell, (used.max(0) + 3) * plan.cell
-    axes.set_xlim(max(0, low[1]), min(extent[1], high[1]))
-    axes.set_ylim(max(0, low[0]), min(extent[3], high[0]))
-
-
-def picture_of(plan: FloorPlan) -> np.ndarray:
-    """(rows, columns, 3): obstacles dark, cells that can be visited light, floor out of reach between."""
-    picture = np.ones((*plan.floor.shape, 3))
-    picture[plan.floor] = matplotlib.colors.to_rgb("#e5e7eb")
-    picture[plan.visitable] = matplotlib.colors.to_rgb("#f3f4f6")
-    picture[plan.solid] = matplotlib.colors.to_rgb(SOLID)
-    return picture
-
-
-def mark_start(axes: Axes, plan: FloorPlan) -> None:
-    """A blue square."""
-    half = max(plan.cell, 0.012 * max(extent_of(plan)))
-    axes.add_patch(Rectangle((plan.start.x - half, plan.start.y - half), 2 * half, 2 * half,
-                             facecolor=START, edgecolor="white", linewidth=0.8, zorder=3))
 
 
 def looks(arms: dict[str, str]) -> dict[str, Look]:
@@ -175,8 +155,9 @@ def looks(arms: dict[str, str]) -> dict[str, Look]:
 def curves(runs: Sequence[Run], title: str) -> Figure:
     """Visited cells (left) and their share (right) over steps, the number of cells as a dotted line."""
     figure = Figure((6.4, 3.8), layout="constrained")
-    draw_curves(figure.add_subplot(), runs, title)
-    figure.legend(loc="outside lower center", ncols=5)
+    axes = figure.add_subplot()
+    draw_curves(axes, runs, wrapped(title, 5.6))
+    figure.legend(loc="outside lower center", ncols=columns_for(figure, axes.get_legend_handles_labels()[1]))
     return figure
 
 
@@ -188,7 +169,7 @@ def draw_curves(axes: Axes, runs: Sequence[Run], title: str) -> None:
         colour, dashes, _ = look[run.agent]
         steps = np.unique(np.concatenate([run.curve.found, np.linspace(0, run.curve.steps, 400).astype(int)]))
         axes.plot(steps, run.curve.at(steps), color=colour, linestyle=dashes, linewidth=1.6,
-                  label=None if run.agent in named else run.agent)
+                  label=None if run.agent in named else wrapped(run.agent, 5.0))
         named.add(run.agent)
     total = max(run.coverage.total for run in runs)
     axes.axhline(total, color=MAXIMUM, linestyle=":", linewidth=1.4)

@@ -10,6 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from curionav_cli.results.foreseen import Errors, Strip
+from curionav_cli.results.lettering import wrapped
 from curionav_cli.results.moved import Ellipse
 from curionav_cli.results.plots import OTHERS, STYLES
 
@@ -71,13 +72,16 @@ def a_canvas(canvas: np.ndarray, title: str) -> tuple[Figure, Axes]:
     """Two dots of the figure for each pixel, and a margin for the labels."""
     high, wide = canvas.shape[:2]
     figure = Figure(dpi=110)
-    left, right, top, bottom = 130, 14, 84, 30  # dots
-    width, height = 2 * wide + left + right, 2 * high + top + bottom
+    left, right, bottom = 130, 14, 30  # dots
+    width = 2 * wide + left + right
+    lines = wrapped(title, (width - left) / figure.dpi)
+    top = 68 + 16 * (1 + lines.count("\n"))
+    height = 2 * high + top + bottom
     figure.set_size_inches(width / figure.dpi, height / figure.dpi)
     axes = figure.add_axes((left / width, bottom / height, 2 * wide / width, 2 * high / height))
     axes.imshow(canvas, interpolation="nearest", extent=(0, wide, high, 0), aspect="auto")
     axes.set_axis_off()
-    figure.text(left / width, 1 - 10 / height, title, va="top", fontsize=10, color=INK)
+    figure.text(left / width, 1 - 10 / height, lines, va="top", fontsize=10, color=INK)
     return figure, axes
 
 
@@ -111,7 +115,7 @@ def error_curve(errors: Errors, agent: str, over: str, title: str) -> Figure:
         mean, spread = error.mean(0), error.std(0, ddof=1) if len(error) > 1 else np.zeros(len(steps))
         axes.plot(steps, mean, label=name, linewidth=1.6, marker=".", markersize=4, **style)
         axes.fill_between(steps, mean - spread, mean + spread, color=style["color"], alpha=0.18, linewidth=0)
-    axes.set(title=title, xlabel="steps ahead", ylabel="mean squared error, [0, 1]", ylim=(0, None),
+    axes.set(title=wrapped(title, 4.0), xlabel="steps ahead", ylabel="mean squared error, [0, 1]", ylim=(0, None),
              xlim=(min(steps[0], steps[-1] - 0.5), steps[-1]))
     axes.set_xticks([steps[n - 1] for n in (1, 5, 10, 15, 20) if n <= len(steps)])
     axes.legend(title=f"mean ± sd over {over}", loc="best")

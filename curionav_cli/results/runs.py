@@ -14,7 +14,7 @@ import numpy as np
 from curionav_cli.errors import RunFolderError
 from curionav_cli.files import read_arrays
 from curionav_cli.records import FloorPlan
-from curionav_cli.results.arms import flat, labels, world_settings
+from curionav_cli.results.arms import flat, labels, scene_name, world_labels, world_settings
 from curionav_cli.results.coverage import Coverage, Curve
 from curionav_cli.results.gaps import Readable, readable
 from curionav_cli.storage.run_folder import RunFolder
@@ -35,7 +35,7 @@ class Run:
     rule: str = "landing"
     denominator: str = "visitable"
     variant: str = ""
-    other_world: str = ""
+    world: str = ""
 
     @classmethod
     def open(cls, path: Path) -> Run:
@@ -48,17 +48,8 @@ class Run:
 
     @property
     def env(self) -> str:
-        """The scene, and what `tell_apart` found to be its own among runs in one scene."""
-        return self.scene + self.other_world
-
-    @property
-    def scene(self) -> str:
-        """Its name; of a ROS map the file's, or its folder's where that is just map.yaml."""
-        settings = self.config["env"]
-        if not settings.get("map"):
-            return settings["name"]
-        path = Path(settings["map"])
-        return path.parent.resolve().name if path.stem == "map" else path.stem
+        """The scene's or map's name; where `tell_apart` found runs in others of that name, what is its own too."""
+        return self.world or scene_name(self.config["env"])
 
     @property
     def state(self) -> str:
@@ -161,9 +152,9 @@ def tell_apart(runs: Sequence[Run]) -> None:
     names = [agent["name"] for agent in agents]
     for run, name, label in zip(runs, names, labels(names, list(map(flat, agents)), [run.preset for run in runs])):
         run.variant = label.removeprefix(name)
-    worlds = [world_settings({"env": run.config["env"]}) for run in runs]
-    for run, label in zip(runs, labels([run.scene for run in runs], worlds, [""] * len(runs))):
-        run.other_world = label.removeprefix(run.scene)
+    envs = [run.config["env"] for run in runs]
+    for run, label in zip(runs, world_labels(envs, [world_settings({"env": env}) for env in envs])):
+        run.world = label
 
 
 def job_number(name: str) -> tuple[int, str]:

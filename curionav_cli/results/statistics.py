@@ -17,6 +17,8 @@ from typing import NamedTuple
 import numpy as np
 from scipy import stats
 
+from curionav_cli.results.tables import written
+
 LEVEL = 0.95
 EXACT = 16  # pairs: up to so many every assignment of signs is tried
 
@@ -32,10 +34,8 @@ class Estimate(NamedTuple):
 
     def __format__(self, form: str) -> str:
         """'{:.1%}' gives 45.4% [40.1, 50.7]."""
-        if np.isnan(self.low):
-            return f"{self.value:{form}}"
-        low, high = (f"{bound:{form}}".rstrip("%") for bound in (self.low, self.high))
-        return f"{self.value:{form}} [{low}, {high}]"
+        value, low, high = (written(f"{{:{form}}}", part) for part in self)
+        return value if np.isnan(self.low) else f"{value} [{low.rstrip('%')}, {high.rstrip('%')}]"
 
 
 def mean_interval(values: np.ndarray) -> Estimate:

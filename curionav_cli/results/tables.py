@@ -8,6 +8,8 @@ import re
 from collections.abc import Sequence
 from typing import Any
 
+import numpy as np
+
 Row = dict[str, Any]
 Columns = Sequence[tuple[str, str, str]]
 
@@ -24,9 +26,21 @@ COLUMNS: Columns = (
 )
 
 
+def percent(share: float) -> str:
+    """'45.4%'; never 0.0% of something, nor 100.0% of less than all: 263 of 700,000 cells are 0.038%."""
+    if 0 < share < 0.0005:
+        return f"{np.format_float_positional(100 * share, 2, fractional=False, trim='-')}%"
+    return f"{min(share, 0.999) if share < 1 else share:.1%}"
+
+
+def written(form: str, value: Any) -> str:
+    """A value as a column's form says, and a small or an almost whole share as `percent`."""
+    return percent(value) if form == "{:.1%}" and isinstance(value, float) else form.format(value)
+
+
 def cells(row: Row, columns: Columns = COLUMNS) -> list[str]:
     """One row as a person reads it; what is not known is a dash."""
-    return [form.format(row[key]) if row.get(key) is not None else "-" for _, key, form in columns]
+    return [written(form, row[key]) if row.get(key) is not None else "-" for _, key, form in columns]
 
 
 def meaning(rows: Sequence[Row]) -> str:

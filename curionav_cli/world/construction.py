@@ -57,10 +57,9 @@ def construct(raw: dict[str, Any], source: str) -> dict[str, Any]:
     boxes = _pack(env, lists, furniture, site, items, source)
     _keep_promise(env, visitable, source)
     _keep_start_free(env, lists, boxes, start, items, site, source)
-    solid = boxes.solid(env.agent_height) & (boxes.item == FIXED)
-    covered = covered_cells(boxes.low[solid, :2], boxes.high[solid, :2], visitable.shape, site.cell)
-    plan = FloorPlan(visitable=visitable, floor=site.floor, solid=covered, cell=site.cell, start=start,
-                     radius=env.radius, name=env.name, map_origin=site.origin)
+    dock = _pose(env.dock, "dock", source) if env.dock else None
+    plan = FloorPlan(visitable=visitable, floor=site.floor, solid=_solid(env, boxes, site), cell=site.cell, start=start,
+                     radius=env.radius, name=env.name, map_origin=site.origin, occupancy=site.occupancy, dock=dock)
     rugs = tuple(layout.rug(piece) for piece in furniture if piece.kind == "rug")
     _check_materials([*boxes.materials, *site.ground.materials, *(rug.material for rug in rugs)], source)
     return {
@@ -69,9 +68,18 @@ def construct(raw: dict[str, Any], source: str) -> dict[str, Any]:
         "collision": collision_of(env, source), "plan": plan, "boxes": boxes,
         "ground": replace(site.ground, rugs=site.ground.rugs + rugs),
         "lamps": site.lamps + value(env.lamps, "tuple[Pair, ...]", source, "lamps"),
-        "dock": _pose(env.dock, "dock", source) if env.dock else start,
+        "dock": dock or start,
         "light": lists.light, "moves": lists.moves, "items": items,
     }
+
+
+def _solid(env: Env, boxes: Boxes, site: Site) -> np.ndarray:
+    """(rows, columns) bool: the cells under anything fixed; of a map its own cells, not the boxes that outline them."""
+    fixed = boxes.solid(env.agent_height) & (boxes.item == FIXED)
+    if site.solid is not None:
+        fixed[:len(site.boxes)] = False  # the map's own come first
+    covered = covered_cells(boxes.low[fixed, :2], boxes.high[fixed, :2], site.floor.shape, site.cell)
+    return covered if site.solid is None else covered | site.solid
 
 
 def four_walls(env: Env, rooms: tuple[Room, ...], source: str) -> Site:

@@ -8,6 +8,7 @@ import numpy as np
 
 from curionav_cli.records import Pose
 from curionav_cli.world.boxes import Box
+from curionav_cli.world.visitable import TOUCH
 
 ORIGIN = Pose(0.0, 0.0, 0.0)
 
@@ -37,7 +38,8 @@ class Site:
 
     floor (rows, columns) bool: the cells of the building, the only ones that a robot may use.
     origin: of the lower-left corner, in the frame of a ROS map; corner: the same corner in the map's whole image, from
-    which start, dock and lists are measured.
+    which start, dock and lists are measured. Of a ROS map also occupancy (rows, columns) int8, and solid (rows, columns)
+    bool: the cells that it shows as obstacles.
     """
 
     size: tuple[float, float]
@@ -48,3 +50,18 @@ class Site:
     lamps: tuple[tuple[float, float], ...] = ()
     origin: Pose = ORIGIN
     corner: tuple[float, float] = (0.0, 0.0)
+    occupancy: np.ndarray | None = None
+    solid: np.ndarray | None = None
+
+
+def highest(cells: np.ndarray, resolution: float, shape: tuple[int, int], cell: float) -> np.ndarray:
+    """The highest occupancy in each cell of a grid of `cell` metres: no thin wall gets lost. cells: (rows, columns)."""
+    found = cells
+    for axis, (count, most) in enumerate(zip(shape, cells.shape, strict=True)):
+        edges = np.arange(count + 1) * (cell / resolution)
+        first = np.floor(edges[:-1] + TOUCH).astype(int).clip(0, most - 1)
+        last = np.ceil(edges[1:] - TOUCH).astype(int).clip(first + 1, most)
+        padded = np.concatenate([found, np.take(found, [-1], axis=axis)], axis=axis)  # reduceat needs last < len
+        found = np.maximum.reduceat(padded, np.stack([first, last], 1).ravel(), axis=axis).take(
+            np.arange(count) * 2, axis=axis)
+    return found.copy()

@@ -22,7 +22,7 @@ from curionav_cli.errors import MapError
 from curionav_cli.records import Pose
 from curionav_cli.world.dressing import dress
 from curionav_cli.world.greys import BLOCK
-from curionav_cli.world.ground import Site
+from curionav_cli.world.ground import Site, highest
 from curionav_cli.world.image_file import read_image
 from curionav_cli.world.map_file import MapFile, MapWarning, read_map_file
 from curionav_cli.world.scene_file import Lists
@@ -130,7 +130,9 @@ def map_site(ros: RosMap, env: Env, lists: Lists) -> Site:
     cell = env.cell or ros.resolution
     room = _at_centres(free, ros.resolution, whole_cells(size, cell), cell)
     boxes, ground, lamps = dress(free, ros.resolution, env.height, lists)
-    return Site(size, cell, boxes, ground, floor=room, lamps=lamps, origin=ros.origin, corner=ros.corner)
+    occupancy = highest(ros.cells, ros.resolution, room.shape, cell)
+    return Site(size, cell, boxes, ground, floor=room, lamps=lamps, origin=ros.origin, corner=ros.corner,
+                occupancy=occupancy, solid=occupancy >= env.scale_occupied)
 
 
 def _reachable_part(free: np.ndarray, resolution: float, env: Env) -> np.ndarray:

@@ -23,6 +23,7 @@ ROWS, COLUMNS, SCALE, GAP = 4, 6, 2, 6
 JPEG_QUALITY = 82  # where the path ends in .jpg: a fifth of the bytes of a PNG
 DOOR, AIR = 1.8, 0.25  # metres: walls that begin higher are lintels; air around a place to look from
 PAPER, INK, SHADE = (250, 249, 246), (40, 42, 46), (214, 60, 48)
+MIST = (180, 194, 211)  # what a map says nothing about
 
 
 def contact_sheet(scene: Scene, path: Path | str) -> None:
@@ -83,6 +84,7 @@ def _from_above(scene: Scene) -> tuple[np.ndarray, float]:
     row, column = (np.minimum((np.arange(n) * texel / scene.plan.cell).astype(int), most - 1)
                    for n, most in zip(image.shape[:2], scene.plan.floor.shape))
     image[~scene.plan.floor[np.ix_(row, column)]] = INK
+    image[scene.plan.unknown[np.ix_(row, column)]] = MIST
     boxes = scene.boxes
     closed = boxes.high[:, 2] >= scene.height
     lintel = closed & (boxes.low[:, 2] >= DOOR)

@@ -2,7 +2,7 @@
 
 import pytest
 
-from curionav_cli.results.arms import arm_settings, differences, labels, world_settings
+from curionav_cli.results.arms import arm_settings, differences, labels, told_apart, world_labels, world_settings
 
 PLAIN = {"agent": {"name": "lbs_dreamer", "curiosity": "lbs", "gamma": 0.95, "steps": 3},
          "robot": {"name": "ideal"}, "loop": {"steps": 500, "iterations": 100},
@@ -73,3 +73,34 @@ def test_agents_of_different_names_are_not_told_apart_by_their_settings():
     runs = [PLAIN, changed("agent.curiosity", "none"), PLAIN]
     assert labels(["a", "a", "b"], [arm_settings(run) for run in runs], ["cpu"] * 3) == [
         "a curiosity=lbs", "a curiosity=none", "b"]
+
+
+def worlds_of(*paths, radius=None):
+    """Worlds of these maps, a different one for each letter that a path begins with."""
+    envs = [{"name": "map", "map": path and f"/data/{path}"} for path in paths]
+    return world_labels(envs, [{"env.name": "map", "env.radius": radius or 0.2, "visitable cells (sha256)": path[:1]}
+                               for path in paths])
+
+
+@pytest.mark.parametrize(("paths", "said"), [
+    (["a/office.yaml", "b/office.yaml"], ["a/office", "b/office"]),
+    (["a/office/map.yaml", "b/home/map.yaml"], ["office", "home"]),
+    (["a/x/office.yaml", "b/x/office.yaml", "c/office.yaml"], ["a/x/office", "b/x/office", "c/office"]),
+    (["a/office/map.yaml", "b/office/map.yaml", "a/office/map.yaml"], ["a/office", "b/office", "a/office"]),
+    (["a/office.yaml"] * 2, ["office", "office"]),
+    (["a/office.yaml", "a_moved/office.yaml"], ["office", "office"]),  # the same cells
+    (["office.yaml", "Office/office.yml"], ["data/office", "Office/office"]),
+])
+def test_maps_of_one_name_are_told_apart_by_the_shortest_ending_of_their_paths(paths, said):
+    assert worlds_of(*paths) == said
+
+
+def test_files_that_differ_in_their_extension_only_are_told_apart():
+    assert told_apart(["/d/office.yaml", "/d/office.yml"]) == {"/d/office.yaml": "office.yaml",
+                                                               "/d/office.yml": "office.yml"}
+
+
+def test_a_setting_that_is_a_path_is_told_by_its_ending_and_not_by_a_checksum():
+    long = "/a/long/way/to/the/folder/of/overlays"
+    assert labels(["room"] * 2, [{"env.overlay": f"{long}/{name}.yaml"} for name in ("north", "south")], [""] * 2) == [
+        "room overlay=north", "room overlay=south"]

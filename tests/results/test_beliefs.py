@@ -29,8 +29,8 @@ def test_each_episode_has_a_panel_with_both_paths_and_how_it_came_home(robots_ru
     figure = beliefs.paths(robots_run)
     titles = [axes.get_title() for axes in figure.axes]
     assert titles == ["0: first start", "1: docked, attempt 2", "2: dock_not_seen, carried"]
-    true, believed = (line.get_xdata() for line in figure.axes[0].lines[-3:-1])
-    assert believed == pytest.approx(true + 0.3)
+    drawn = {line.get_label(): line.get_xdata() for line in figure.axes[0].lines}
+    assert drawn["where it believed to be"] == pytest.approx(drawn["where it was"] + 0.3)
 
 
 def test_the_paths_of_an_ideal_robot_are_not_drawn(tmp_path, an_episode, a_plan):

@@ -2,6 +2,7 @@
 
 import csv
 import io
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -21,7 +22,7 @@ def a_life(agent="random", seed=0, found=(0, 2, 4), steps=20, env="room", state=
     half = steps // 2
     spent = {"seconds": [0, 1, 3], "cpu_seconds": [0, 1, 2], "updates": [0, 5, 10], "frames_read": [0, np.nan, np.nan]}
     budget, curve = {key: np.array(sums, float) for key, sums in spent.items()}, Curve(np.array(found), steps, 10)
-    return Life(Path(f"{env}_{agent}_{seed}_{steps}"), env, agent, seed, "cpu", settings, {}, curve,
+    return Life(Path(f"{env}_{agent}_{seed}_{steps}"), {"name": env}, agent, seed, "cpu", settings, {}, curve,
                 np.array([0, half, steps]), budget, state, "", state == "done" and not gaps, gaps)
 
 
@@ -128,6 +129,14 @@ def test_arms_and_worlds_that_differ_in_a_setting_are_kept_apart():
     worlds = [a_life(seed=0), a_life(seed=1)]
     worlds[1].world["env.changes"] = False
     assert [field.env for field in compare(worlds).fields] == ["room changes=?", "room changes=false"]
+
+
+def test_two_maps_of_one_name_are_two_environments_named_by_their_paths():
+    places = [("north", 1), ("south", 2), ("moved/away", 1)]
+    lives = [replace(a_life(seed=seed), env={"map": f"/data/{place}/office.yaml"}, world={"cells": cells})
+             for seed, (place, cells) in enumerate(places)]
+    assert [(field.env, len(field.arms["random"])) for field in compare(lives).fields] == [
+        ("north/office", 2), ("south/office", 1)]
 
 
 def test_a_share_that_few_reach_has_no_median_and_says_how_many_did():

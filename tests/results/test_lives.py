@@ -33,7 +33,7 @@ def test_a_whole_run_is_read_as_coverage_counts_it(a_run):
     life = read(run.path, "landing", "visitable")
     assert life.whole and not life.gaps and life.ends.tolist() == [0, 5, 10, 15, 20]
     np.testing.assert_array_equal(life.curve.found, cover(run.plan, run.poses()).curve().found)
-    assert (life.scene, life.agent, life.seed, life.preset) == ("room", "random", 3, "cpu")
+    assert (life.env["name"], life.agent, life.seed, life.preset) == ("room", "random", 3, "cpu")
     assert life.spent(20)["seconds"] == 12 and life.spent(6)["updates"] == 20
     assert np.isnan(life.spent(5)["cpu_seconds"]) and life.arm["loop.steps"] == 5
 

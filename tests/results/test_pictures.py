@@ -44,13 +44,14 @@ def test_a_picture_drawn_again_is_the_same_file(tmp_path, a_run):
 
 def test_the_heatmap_shows_visits_and_the_start(a_run):
     run = a_run()
-    axes = plots.heatmap(run.coverage, "title").axes[0]
-    plan, visits = axes.images
+    figure = plots.heatmap(run.coverage, "title")
+    plan, visits, walls = figure.axes[0].images
     np.testing.assert_array_equal(visits.get_array().filled(0), run.coverage.visits)
-    square = axes.patches[0]
-    assert square.get_facecolor()[:3] == to_rgb("#1d4ed8")
-    assert square.get_x() < run.plan.start.x < square.get_x() + square.get_width()
-    assert plan.get_extent() == visits.get_extent()
+    [square] = [line for line in figure.axes[0].lines if line.get_label() == "start and dock"]
+    assert to_rgb(square.get_color()) == to_rgb("#1d4ed8") and square.get_marker() == "s"
+    assert (square.get_xdata()[0], square.get_ydata()[0]) == run.plan.start[:2]
+    assert plan.get_extent() == visits.get_extent() == walls.get_extent() == pytest.approx([0.0, 0.9, 0.0, 0.9])
+    assert [text.get_text() for text in figure.legends[0].get_texts()] == ["start and dock", "can be reached"]
 
 
 def test_the_curve_ends_at_the_count_and_the_dotted_line_is_the_maximum(a_run):
