@@ -46,7 +46,7 @@ FEW = 8  # runs are read sooner than processes start
 def run(words: list[str]) -> int:
     """Compare, print, write; the exit code. words: folders of runs or sweeps, and settings out of CHOICES."""
     paths, chosen = sorted_out("compare", words, CHOICES)
-    folder = folder_for(Path(chosen.get("out") or datetime.now().strftime("outputs/%Y-%m-%d/%H-%M-%S-%f_compare")))
+    folder = folder_for(chosen.get("out") or datetime.now().strftime("outputs/%Y-%m-%d/%H-%M-%S-%f_compare"))
     way = chosen.get("marking", CHOICES["marking"][0]), chosen.get("denominator", DENOMINATORS[0])
     at = steps(chosen.get("at", ""))
     lives, lost = gather(paths, *way)

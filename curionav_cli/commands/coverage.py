@@ -35,7 +35,7 @@ def run(words: list[str]) -> int:
     episodes=0,5,last for the ways of these episodes, film=last for films of them, out=DIR for all figures.
     """
     paths, chosen = sorted_out("coverage", words, CHOICES)
-    out = folder_for(Path(chosen["out"])) if "out" in chosen else None
+    out = folder_for(chosen["out"]) if "out" in chosen else None
     runs, lost = opened(paths)
     if not runs:
         raise ConfigError("\n".join([*lost] or ["Name the folder of a run or a sweep, as in: curionav coverage "

@@ -17,7 +17,7 @@ from typing import Any
 from curionav_cli import build
 from curionav_cli.agents.agent import Agent
 from curionav_cli.commands.launch import Request, launch
-from curionav_cli.commands.lifecycle import fixed_settings, rooted, see_through
+from curionav_cli.commands.lifecycle import fixed_settings, see_through
 from curionav_cli.commands.progress import Returning, line
 from curionav_cli.commands.settings_help import CHOSEN
 from curionav_cli.commands.words import file_name
@@ -147,7 +147,7 @@ def draw(runs: Sequence[RunFolder], root: Path) -> None:
 
 def work(settings: Config, folder: Path) -> dict[str, Any]:
     """One job, as the launchers call it."""
-    run = see_through("dock", Homecomings(rooted(settings), folder))
+    run = see_through("dock", Homecomings(settings, folder))
     docked = sum(row["code"] == "docked" for row in run.metrics())
     return {"coverage": docked / settings.dock.requests}  # what a sweeper that searches maximises: the docked share
 

@@ -54,7 +54,7 @@ def run(words: list[str]) -> int:
     folders, chosen = sorted_out("paper", words[1:], {"out": ()})
     if folders and what != "numbers":
         raise ConfigError(f"curionav paper {what} reads no runs, only settings: leave {folders[0]} out.")
-    out = folder_for(Path(chosen.get("out", ".")))
+    out = folder_for(chosen.get("out", "."))
     console = a_console()
     lost: list[str] = []
     out.mkdir(parents=True, exist_ok=True)

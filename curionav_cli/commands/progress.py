@@ -87,9 +87,9 @@ def say(text: str) -> None:
 
 
 def duration(seconds: float) -> str:
-    """'3 h 07 min' or '2 min 05 s'"""
-    return f"{seconds // 3600:.0f} h {seconds // 60 % 60:02.0f} min" if seconds >= 3600 else \
-        f"{seconds // 60:.0f} min {seconds % 60:02.0f} s"
+    """'3 h 07 min' or '2 min 05 s', to the nearest second."""
+    whole = round(seconds)
+    return f"{whole // 3600} h {whole // 60 % 60:02} min" if whole >= 3600 else f"{whole // 60} min {whole % 60:02} s"
 
 
 class Living:

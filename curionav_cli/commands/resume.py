@@ -100,7 +100,7 @@ def again(note: Path, folder: Path, changes: list[str], multirun: bool, failed: 
     keys = {change.partition("=")[0] for change in changes}
     words = [word for word in overrides["task"] if word.partition("=")[0] not in keys]
     hydra = [word for word in overrides["hydra"] if word.partition("=")[0] not in PINNED]
-    request = Request(command, [*words, *changes, *hydra, pin(str(folder), multirun)], multirun,
+    request = Request(command, [*words, *changes, *hydra, pin(folder, multirun)], multirun,
                       config_dirs=tuple(own), spare_failed=not failed)
     with chdir(where if where.is_dir() else folder):
         return module.run(request)

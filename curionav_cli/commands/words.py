@@ -8,14 +8,15 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from curionav_cli.errors import ConfigError
+from curionav_cli.files import place
 
 Choices = Mapping[str, Sequence[str]]  # setting -> its values; none: anything
 
 
 def sorted_out(command: str, words: Sequence[str], choices: Choices) -> tuple[list[Path], dict[str, str]]:
     """Folders and settings. Raises ConfigError for a setting or a value that the command does not have."""
-    settings = [word for word in words if "=" in word and not Path(word).exists()]
-    folders = [Path(word) for word in words if word not in settings]
+    settings = [word for word in words if "=" in word and not place(word).exists()]
+    folders = [place(word) for word in words if word not in settings]
     return folders, dict(choice(command, word, choices) for word in settings)
 
 

@@ -26,6 +26,7 @@ from omegaconf import DictConfig, OmegaConf
 
 from curionav_cli.config import agent_schema, cbet_schema, robot_schema, schema
 from curionav_cli.config.bombs import refuse_bomb
+from curionav_cli.config.whole import take_any_spelling
 from curionav_cli.errors import ConfigError
 
 MAIN = "config"  # conf/config.yaml
@@ -125,4 +126,5 @@ def writable(node: type) -> DictConfig:
     for field in fields(node):
         if is_dataclass(hints[field.name]):
             config[field.name] = writable(hints[field.name])
+        take_any_spelling(config._get_node(field.name))
     return config
