@@ -16,7 +16,8 @@ from pathlib import Path
 import numpy as np
 
 from curionav_cli.commands import page
-from curionav_cli.commands.summary import a_console, print_columns, print_files, write_text
+from curionav_cli.commands.screen import a_console
+from curionav_cli.commands.summary import print_columns, print_files, write_text
 from curionav_cli.commands.words import file_name, one_of, sorted_out
 from curionav_cli.errors import ConfigError, RunFolderError
 from curionav_cli.files import folder_for

@@ -11,7 +11,8 @@ from dataclasses import replace
 from pathlib import Path
 
 from curionav_cli.commands import predictions
-from curionav_cli.commands.summary import a_console, print_files, print_table
+from curionav_cli.commands.screen import a_console
+from curionav_cli.commands.summary import print_files, print_table
 from curionav_cli.commands.words import file_name, sorted_out
 from curionav_cli.errors import ConfigError, RunFolderError
 from curionav_cli.files import folder_for

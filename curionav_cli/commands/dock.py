@@ -19,6 +19,7 @@ from curionav_cli.agents.agent import Agent
 from curionav_cli.commands.launch import Request, launch
 from curionav_cli.commands.lifecycle import fixed_settings, see_through
 from curionav_cli.commands.progress import Returning, line
+from curionav_cli.commands.screen import a_console
 from curionav_cli.commands.settings_help import CHOSEN
 from curionav_cli.commands.words import file_name
 from curionav_cli.config.job import Outcome
@@ -171,7 +172,7 @@ def summary(folder: Path, outcomes: list[Outcome]) -> None:
     if not runs:
         return
     draw(runs, folder)
-    console = end.a_console()
+    console = a_console()
     counted = [one for part in docking.counted(runs) for one in part]
     show = partial(end.print_columns, console=console)
     show([docking.summary(one.where, one.docks) for one in counted], docking.TABLE,

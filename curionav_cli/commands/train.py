@@ -20,6 +20,7 @@ from curionav_cli.commands.launch import Request, launch
 from curionav_cli.commands.lifecycle import fixed_settings, see_through
 from curionav_cli.commands.progress import Studying, line
 from curionav_cli.commands.recorder import Study
+from curionav_cli.commands.screen import a_console
 from curionav_cli.commands.serve import serve
 from curionav_cli.config.job import Outcome
 from curionav_cli.config.schema import Config, Learner
@@ -139,7 +140,7 @@ def check_server(settings: Config) -> None:
 def summary(folder: Path, outcomes: list[Outcome]) -> None:
     """The last lines of a training or a sweep of them, also of one that was interrupted."""
     runs = [RunFolder(folder)] if (folder / "config.yaml").is_file() else RunFolder.inside(folder)
-    console = end.a_console()
+    console = a_console()
     for one in runs:
         status = one.status
         used = status.get("replay", {})

@@ -81,7 +81,8 @@ class Mistakes:
         if override.is_delete():
             raise ConfigError(f"{override.input_line}: a setting is given another value, never removed.")
         if swept and not multirun:
-            text = f"\n(If it is one text: {as_text(override.input_line)}; if {key} is itself a list: {key}=[...].)"
+            line = as_text(str(override.input_line))
+            text = f"\n(If it is one text: {line}; if {key} is itself a list: {key}=[...].)"
             raise ConfigError(f"A list of values needs a sweep. Add -m: {self.command} -m {shlex.join(self.words)}"
                               + ("" if options else text))
         if swept and not override.is_discrete_sweep():
