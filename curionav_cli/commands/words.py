@@ -25,6 +25,8 @@ def choice(command: str, word: str, choices: Choices) -> tuple[str, str]:
     key, _, value = word.partition("=")
     if key not in choices:
         raise ConfigError(f"{command} has no setting {key}. It has: {', '.join(choices)}.")
+    if not value:
+        raise ConfigError(f"{key}= is empty. Give it a value, or leave it out.")
     return key, one_of(key, value, choices[key]) if choices[key] else value
 
 

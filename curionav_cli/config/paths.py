@@ -32,7 +32,9 @@ def misread(hydra: Hydra, word: str, key: str, text: str) -> bool:
         return key in SETTINGS or text in listing.options_of(hydra, key)
     if key not in SETTINGS or place(text).exists():
         return key in SETTINGS
-    return not override.is_sweep_override() and not isinstance(override.value(), str | None)
+    if override.is_sweep_override():
+        return key.startswith("hydra.")  # which is not swept over
+    return not isinstance(override.value(), str | None)
 
 
 def quoted(text: str) -> str:
