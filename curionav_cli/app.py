@@ -14,23 +14,12 @@ from pathlib import Path
 from typing import Annotated, Any
 
 import typer
-from typer.core import TyperGroup
 
 from curionav_cli import __version__
-from curionav_cli.commands.settings_help import Kind, Part, SettingsCommand
+from curionav_cli.commands.settings_help import Commands, Kind, Part, SettingsCommand
 from curionav_cli.errors import RunFailed, Terminated, Unread, UserError
 
 SETTINGS = {"help_option_names": ["-h", "--help"], "ignore_unknown_options": True}
-
-
-class Commands(TyperGroup):
-    """Typer would give a closed pipe the exit code of a failed run."""
-
-    def invoke(self, ctx: Any) -> Any:
-        try:
-            return super().invoke(ctx)
-        except BrokenPipeError:
-            raise Unread from None
 
 
 app = typer.Typer(
@@ -213,14 +202,6 @@ def unwritable(error: OSError) -> str:
     return f"{error.filename or 'A file'} cannot be written ({error.strerror})."
 
 
-def unread() -> tuple[int, str]:
-    """Quiet, and the code that a shell has for SIGPIPE."""
-    from curionav_cli.commands.screen import mute
-
-    mute()
-    return 141, ""
-
-
 def main(arguments: list[str] | None = None) -> Any:
     """Exit codes: 0 done, 1 the run failed, 2 wrong use or config, 130 interrupted, 141 its output was closed,
     143 stopped by SIGTERM."""
@@ -238,7 +219,10 @@ def main(arguments: list[str] | None = None) -> Any:
         finally:
             sys.stdout.flush()  # while a closed pipe can still be answered
     except (Unread, BrokenPipeError):
-        code, message = unread()
+        from curionav_cli.commands.screen import mute
+
+        mute()
+        code, message = 141, ""  # a shell's code for SIGPIPE
     except UserError as error:
         code, message = 2, str(error)
     except RunFailed as error:

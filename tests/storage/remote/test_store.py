@@ -62,7 +62,7 @@ def test_a_key_comes_from_the_environment_or_from_the_files_of_aws(tmp_path: Pat
 @pytest.mark.parametrize("name", ["AWS_ENDPOINT_URL", "AWS_ENDPOINT", "AWS_ENDPOINT_URL_S3"])
 def test_an_address_that_is_no_url_is_answered_before_the_library_sees_it(
         tmp_path: Path, name: str, address: str) -> None:
-    with pytest.raises(ConfigError, match="is no URL. Write it as http://HOST:PORT or https://HOST") as refused:
+    with pytest.raises(ConfigError, match=r"is no URL\. Write it as http://HOST:PORT or https://HOST") as refused:
         s3_options({name: address, "AWS_ACCESS_KEY_ID": "A"}, tmp_path)
     assert SECRET not in str(refused.value) and refused.value.__context__ is None
     assert s3_options({name: " https://h/x ", "AWS_ACCESS_KEY_ID": "A"}, tmp_path)["endpoint"] == "https://h/x"
