@@ -128,6 +128,9 @@ class Mistakes:
                 raise ConfigError(f"{word} needs a value: {word}=..." + has(word, options or []))
             guess = self.guess(word, known)
             raise ConfigError(f"{word} is not a setting. Settings are written as key=value.{guess}")
+        if "=" not in word:
+            raise ConfigError(f"{word!r} is not a setting. Settings are written as key=value; "
+                              f"{self.command} --help lists them all.")
         raise ConfigError(
             f"{word} cannot be read as key=value: {first_line(str(error.message))}\n"
             f"Text with commas, brackets and the like is quoted twice, for the shell and for us: {as_text(word)}"

@@ -31,6 +31,7 @@ TYPED = {
     "env": ["env needs a value: env=...", "env has: "],
     "seed": ["seed needs a value: seed=..."],
     "sead": ["sead is not a setting. Settings are written as key=value. Did you mean seed?"],
+    "–m": ["'–m' is not a setting. Settings are written as key=value"],
     "env=": ["env needs one of its options.", "env has: "],
     "env=null": ["env needs one of its options.", "env has: "],
     "env=a=b": ["env=a=b cannot be read as key=value"],
