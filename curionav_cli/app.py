@@ -5,22 +5,26 @@ from __future__ import annotations
 import atexit
 import gc
 import importlib
+import logging
 import os
 import sys
 import warnings
+from contextlib import suppress
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
 
 from curionav_cli import __version__
-from curionav_cli.commands.settings_help import Kind, Part, SettingsCommand
-from curionav_cli.errors import RunFailed, Terminated, UserError
+from curionav_cli.commands.settings_help import Commands, Kind, Part, SettingsCommand
+from curionav_cli.errors import RunFailed, Terminated, Unread, UserError
 
 SETTINGS = {"help_option_names": ["-h", "--help"], "ignore_unknown_options": True}
 
+
 app = typer.Typer(
     name="curionav",
+    cls=Commands,
     help="A robot learns to navigate from scratch with a world model and curiosity.",
     context_settings={"help_option_names": ["-h", "--help"]},
     no_args_is_help=True,
@@ -222,17 +226,27 @@ def unwritable(error: OSError) -> str:
 
 
 def main(arguments: list[str] | None = None) -> Any:
-    """Exit codes: 0 done, 1 the run failed, 2 wrong use or config, 130 interrupted, 143 stopped by SIGTERM."""
+    """Exit codes: 0 done, 1 the run failed, 2 wrong use or config, 130 interrupted, 141 its output was closed,
+    143 stopped by SIGTERM."""
     for name, value in (("OMP_WAIT_POLICY", "PASSIVE"), ("OMP_NUM_THREADS", "1")):
         os.environ.setdefault(name, value)  # one thread a run: spinning threads cost up to 33 times
     os.environ["MPLBACKEND"] = "agg"  # a notebook leaves one that is not installed here, and matplotlib does not load
     for name in ("stdout", "stderr"):
         if getattr(sys, name) is None:  # closed by who began it, as `>&-` does
             setattr(sys, name, os.fdopen(os.open(os.devnull, os.O_WRONLY), "w"))
+    logging.raiseExceptions = False  # of a closed pipe no word
     atexit.register(gc.freeze)  # torch leaves a million objects: to look through them at the end takes a second
     warnings.formatwarning = lambda message, *where, **more: f"warning: {message}\n"
     try:
-        app(arguments)
+        try:
+            app(arguments)
+        finally:
+            sys.stdout.flush()  # while a closed pipe can still be answered
+    except (Unread, BrokenPipeError):
+        from curionav_cli.commands.screen import mute
+
+        mute()
+        code, message = 141, ""  # a shell's code for SIGPIPE
     except UserError as error:
         code, message = 2, str(error)
     except RunFailed as error:
@@ -241,5 +255,6 @@ def main(arguments: list[str] | None = None) -> Any:
         code, message = 143, str(error)
     except OSError as error:
         code, message = 1, unwritable(error)
-    print(message, file=sys.stderr)
+    with suppress(BrokenPipeError):
+        print(message, end="\n" * bool(message), file=sys.stderr)
     sys.exit(code)

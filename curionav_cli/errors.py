@@ -7,6 +7,7 @@
     └── RunFolderError        not a run folder, half written, another environment or agent
     RunFailed                 exit code 1: the run began and could not go on (full disk, no memory, non-finite loss)
     Terminated                exit code 143: SIGTERM; like KeyboardInterrupt no Exception, so that nothing swallows it
+    Unread                    exit code 141: whoever read the output left, as head -1 does; no Exception either
 
 What goes wrong between robot and server ends no run; who meets it goes on with what it has:
 
@@ -59,6 +60,10 @@ class EpisodeRefused(Exception):
 
 class Terminated(BaseException):
     """SIGTERM: somebody wants the machine. What was saved is whole, and the run can be resumed."""
+
+
+class Unread(BaseException):
+    """Nobody reads the output any more (a closed pipe). What was saved is whole, and the run can be resumed."""
 
 
 class SoundnessWarning(UserWarning):

@@ -125,8 +125,17 @@ def seal(held: dict[str, Any]) -> str:
     return f"{zlib.crc32(json.dumps(held).encode()):08x}"
 
 
-def folder_for(path: Path) -> Path:
+def place(text: str | Path) -> Path:
+    """A path as a person types it: the shell leaves the ~ of out=~/figures to us."""
+    try:
+        return Path(text).expanduser()
+    except RuntimeError:  # ~ of nobody is a name as any other
+        return Path(text)
+
+
+def folder_for(path: str | Path) -> Path:
     """A folder to write into, made by who writes. Raises ConfigError where a file is in the way."""
+    path = place(path)
     file = next((place for place in (path, *path.parents) if place.exists() and not place.is_dir()), None)
     if file:
         raise ConfigError(f"{file} is a file. Name a folder.")

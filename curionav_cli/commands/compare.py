@@ -16,7 +16,8 @@ from pathlib import Path
 import numpy as np
 
 from curionav_cli.commands import page
-from curionav_cli.commands.summary import a_console, print_columns, print_files, write_text
+from curionav_cli.commands.screen import a_console
+from curionav_cli.commands.summary import print_columns, print_files, write_text
 from curionav_cli.commands.words import file_name, one_of, sorted_out
 from curionav_cli.errors import ConfigError, RunFolderError
 from curionav_cli.files import folder_for
@@ -46,7 +47,7 @@ FEW = 8  # runs are read sooner than processes start
 def run(words: list[str]) -> int:
     """Compare, print, write; the exit code. words: folders of runs or sweeps, and settings out of CHOICES."""
     paths, chosen = sorted_out("compare", words, CHOICES)
-    folder = folder_for(Path(chosen.get("out") or datetime.now().strftime("outputs/%Y-%m-%d/%H-%M-%S-%f_compare")))
+    folder = folder_for(chosen.get("out") or datetime.now().strftime("outputs/%Y-%m-%d/%H-%M-%S-%f_compare"))
     way = chosen.get("marking", CHOICES["marking"][0]), chosen.get("denominator", DENOMINATORS[0])
     at = steps(chosen.get("at", ""))
     lives, lost = gather(paths, *way)

@@ -11,7 +11,8 @@ from dataclasses import replace
 from pathlib import Path
 
 from curionav_cli.commands import predictions
-from curionav_cli.commands.summary import a_console, print_files, print_table
+from curionav_cli.commands.screen import a_console
+from curionav_cli.commands.summary import print_files, print_table
 from curionav_cli.commands.words import file_name, sorted_out
 from curionav_cli.errors import ConfigError, RunFolderError
 from curionav_cli.files import folder_for
@@ -35,7 +36,7 @@ def run(words: list[str]) -> int:
     episodes=0,5,last for the ways of these episodes, film=last for films of them, out=DIR for all figures.
     """
     paths, chosen = sorted_out("coverage", words, CHOICES)
-    out = folder_for(Path(chosen["out"])) if "out" in chosen else None
+    out = folder_for(chosen["out"]) if "out" in chosen else None
     runs, lost = opened(paths)
     if not runs:
         raise ConfigError("\n".join([*lost] or ["Name the folder of a run or a sweep, as in: curionav coverage "

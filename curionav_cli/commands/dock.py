@@ -17,8 +17,9 @@ from typing import Any
 from curionav_cli import build
 from curionav_cli.agents.agent import Agent
 from curionav_cli.commands.launch import Request, launch
-from curionav_cli.commands.lifecycle import fixed_settings, rooted, see_through
+from curionav_cli.commands.lifecycle import fixed_settings, see_through
 from curionav_cli.commands.progress import Returning, line
+from curionav_cli.commands.screen import a_console
 from curionav_cli.commands.settings_help import CHOSEN
 from curionav_cli.commands.words import file_name
 from curionav_cli.config.job import Outcome
@@ -147,7 +148,7 @@ def draw(runs: Sequence[RunFolder], root: Path) -> None:
 
 def work(settings: Config, folder: Path) -> dict[str, Any]:
     """One job, as the launchers call it."""
-    run = see_through("dock", Homecomings(rooted(settings), folder))
+    run = see_through("dock", Homecomings(settings, folder))
     docked = sum(row["code"] == "docked" for row in run.metrics())
     return {"coverage": docked / settings.dock.requests}  # what a sweeper that searches maximises: the docked share
 
@@ -171,7 +172,7 @@ def summary(folder: Path, outcomes: list[Outcome]) -> None:
     if not runs:
         return
     draw(runs, folder)
-    console = end.a_console()
+    console = a_console()
     counted = [one for part in docking.counted(runs) for one in part]
     show = partial(end.print_columns, console=console)
     show([docking.summary(one.where, one.docks) for one in counted], docking.TABLE,

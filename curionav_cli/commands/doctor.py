@@ -16,7 +16,7 @@ from pathlib import Path
 
 from curionav_cli.commands import explore
 from curionav_cli.commands.listing import table
-from curionav_cli.commands.summary import a_console
+from curionav_cli.commands.screen import a_console
 from curionav_cli.config.mistakes import Mistakes
 from curionav_cli.config.preflight import compose
 from curionav_cli.config.schema import Config

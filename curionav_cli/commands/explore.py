@@ -10,7 +10,7 @@ from curionav_cli import build
 from curionav_cli.agents.agent import Agent
 from curionav_cli.commands import remote
 from curionav_cli.commands.launch import Request, launch
-from curionav_cli.commands.lifecycle import fixed_settings, rooted, see_through
+from curionav_cli.commands.lifecycle import fixed_settings, see_through
 from curionav_cli.commands.progress import Living, line
 from curionav_cli.commands.recorder import Recorder
 from curionav_cli.config.job import Outcome
@@ -37,7 +37,7 @@ def explore(settings: Config, folder: Path, drawn: bool = True) -> RunFolder:
 
     Raises UserError before anything is written, RunFailed where the run cannot go on.
     """
-    return see_through("explore", Exploration(rooted(settings), folder, drawn))
+    return see_through("explore", Exploration(settings, folder, drawn))
 
 
 class Exploration:

@@ -6,7 +6,8 @@ import shlex
 import shutil
 from pathlib import Path
 
-from curionav_cli.commands.summary import a_console, print_files, print_next
+from curionav_cli.commands.screen import a_console
+from curionav_cli.commands.summary import print_files, print_next
 from curionav_cli.errors import ConfigError
 from curionav_cli.files import folder_for
 
@@ -16,7 +17,7 @@ STARTER = Path(__file__).parent / "starter"
 def run(folder: Path) -> int:
     """The exit code. Raises ConfigError before a file of one's own would be written over."""
     names = sorted(path.relative_to(STARTER) for path in STARTER.rglob("*.yaml"))
-    folder_for(folder)
+    folder = folder_for(folder)
     there = [name for name in names if (folder / name).exists()]
     if there:
         raise ConfigError(f"{folder / there[0]} is there already. Name another folder, or take it away first.")

@@ -9,14 +9,14 @@ from pathlib import Path
 from typing import Any
 
 from curionav_cli.commands import aftermath
-from curionav_cli.commands.endings import stoppable
+from curionav_cli.commands.endings import UNREAD, stoppable
 from curionav_cli.commands.overview import shown
 from curionav_cli.config import launch as hydra_launch
 from curionav_cli.config.job import Job, Outcome, Work
 from curionav_cli.config.preflight import Check, plan
 from curionav_cli.config.schema import Config
 from curionav_cli.config.sources import opened
-from curionav_cli.errors import RunFailed, RunFolderError, Terminated
+from curionav_cli.errors import RunFailed, RunFolderError, Terminated, Unread
 from curionav_cli.storage.run_folder import RunFolder
 
 INTERRUPTED = 130
@@ -86,6 +86,9 @@ def launch(request: Request, work: Work, summary: Summary, check: Check | None =
                 outcomes = hydra_launch.run(hydra, todo, Job(Sparing(work) if request.spare_failed else work))
         except Terminated:
             raise Terminated(f"Stopped by SIGTERM. {aftermath.to_go_on(todo.folder)}") from None
+        except Unread:
+            aftermath.note_killed(todo.folder, UNREAD)
+            raise
         except (Exception, KeyboardInterrupt) as error:  # a job reports its own: this is the launcher, or the folder
             broken = error
             aftermath.note_killed(todo.folder, aftermath.why(error, kills))

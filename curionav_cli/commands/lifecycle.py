@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Sequence
-from dataclasses import replace
 from pathlib import Path
 from typing import Any, Protocol
 
@@ -110,14 +109,6 @@ def go_on(task: Undertaking, agent: Agent, found: tuple[int, Path] | None) -> No
         agent.load(folder)
     say(f"{task.run.path}: goes on after {done} finished {task.unit}{'' if done == 1 else 's'}")
     task.run.write("config.yaml", settings_yaml(task.settings))  # it may have become longer
-
-
-def rooted(settings: Config) -> Config:
-    """Its files by absolute paths: a run is resumed from any folder."""
-    def absolute(path: str | None) -> str | None:
-        return str(Path(path).expanduser().resolve()) if path else None
-    env = replace(settings.env, map=absolute(settings.env.map), overlay=absolute(settings.env.overlay))
-    return replace(settings, env=env, data=absolute(settings.data))
 
 
 def fixed_settings(settings: Config, plan: FloorPlan, loop: Sequence[str] = ()) -> dict[str, Any]:

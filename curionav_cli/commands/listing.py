@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 from rich.box import SIMPLE
-from rich.console import Console
 from rich.table import Table
 
 from curionav_cli import build
+from curionav_cli.commands.screen import a_console
 from curionav_cli.config import listing
 from curionav_cli.config.answers import closest, did_you_mean
 from curionav_cli.config.mistakes import Mistakes
@@ -25,7 +24,7 @@ ENV_COLUMNS = (("env", "left"), ("floor m2", "right"), ("visitable m2", "right")
 
 def run(group: str | None, config_dir: Path | None) -> int:
     """The command: its exit code. Raises ConfigError for a group that does not exist."""
-    console = Console() if sys.stdout.isatty() else Console(width=140)
+    console = a_console()
     with opened("list", config_dir) as hydra:
         groups = listing.groups(hydra)
         if group is not None and group not in groups:

@@ -10,7 +10,7 @@ import threading
 import time
 from collections import Counter
 from collections.abc import Iterator
-from contextlib import contextmanager, nullcontext
+from contextlib import contextmanager, nullcontext, suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -133,4 +133,5 @@ def keep_looking(overview: Overview, over: threading.Event, live: Live | None) -
         if live:
             live.update(overview.table(live.console.height), refresh=True)
         elif changed:
-            print("\n".join(overview.line(name) for name in changed), overview.count(), sep="\n", flush=True)
+            with suppress(BrokenPipeError):  # the runs, which write there too, end for it
+                print("\n".join(overview.line(name) for name in changed), overview.count(), sep="\n", flush=True)

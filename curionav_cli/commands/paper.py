@@ -11,7 +11,8 @@ from typing import Any
 from curionav_cli import build
 from curionav_cli.commands import diagram
 from curionav_cli.commands.compare import gather
-from curionav_cli.commands.summary import a_console, print_columns, print_files, write_text
+from curionav_cli.commands.screen import a_console
+from curionav_cli.commands.summary import print_columns, print_files, write_text
 from curionav_cli.commands.words import one_of, sorted_out
 from curionav_cli.config.mistakes import Mistakes
 from curionav_cli.config.preflight import compose
@@ -55,7 +56,7 @@ def run(words: list[str]) -> int:
     folders, chosen = sorted_out("paper", words[1:], CHOICES)
     if folders and what != "numbers":
         raise ConfigError(f"curionav paper {what} reads no runs, only settings: leave {folders[0]} out.")
-    out = folder_for(Path(chosen.get("out", ".")))
+    out = folder_for(chosen.get("out", "."))
     console = a_console()
     lost: list[str] = []
     out.mkdir(parents=True, exist_ok=True)

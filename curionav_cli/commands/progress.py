@@ -88,9 +88,9 @@ def say(text: str) -> None:
 
 
 def duration(seconds: float) -> str:
-    """'3 h 07 min' or '2 min 05 s'"""
-    minutes, rest = divmod(round(seconds), 60)
-    return f"{minutes // 60} h {minutes % 60:02} min" if minutes >= 60 else f"{minutes} min {rest:02} s"
+    """'3 h 07 min' or '2 min 05 s', to the nearest second."""
+    whole = round(seconds)
+    return f"{whole // 3600} h {whole // 60 % 60:02} min" if whole >= 3600 else f"{whole // 60} min {whole % 60:02} s"
 
 
 class Living:

@@ -19,7 +19,7 @@ from curionav_cli.config.preflight import pin
 from curionav_cli.config.schema import Remote
 from curionav_cli.config.settings import read_settings
 from curionav_cli.errors import ConfigError, RunFailed, RunFolderError, SceneError, Terminated, UserError
-from curionav_cli.files import read_json
+from curionav_cli.files import place, read_json
 from curionav_cli.storage.run_folder import RunFolder
 
 # A run may be longer than planned, files may move, machines differ in memory, and CUDA graphs may fail.
@@ -38,6 +38,7 @@ def run(folder: Path, changes: list[str], failed: bool = False) -> int:
     failed: the failed runs of a sweep are run again too; a run that is named itself always is.
     Raises UserError before anything is written, RunFailed where the run cannot go on.
     """
+    folder = place(folder)
     if (folder / "multirun.yaml").is_file():
         if failed and all(state(RunFolder(told.parent)) != "failed" for told in folder.glob("*/status.json")):
             print(f"No run in {folder} has failed.")
@@ -100,7 +101,7 @@ def again(note: Path, folder: Path, changes: list[str], multirun: bool, failed: 
     keys = {change.partition("=")[0] for change in changes}
     words = [word for word in overrides["task"] if word.partition("=")[0] not in keys]
     hydra = [word for word in overrides["hydra"] if word.partition("=")[0] not in PINNED]
-    request = Request(command, [*words, *changes, *hydra, pin(str(folder), multirun)], multirun,
+    request = Request(command, [*words, *changes, *hydra, pin(folder, multirun)], multirun,
                       config_dirs=tuple(own), spare_failed=not failed)
     with chdir(where if where.is_dir() else folder):
         return module.run(request)

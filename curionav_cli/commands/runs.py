@@ -12,7 +12,8 @@ from typing import Any
 
 from curionav_cli.commands.overview import DONE, PLANNED
 from curionav_cli.commands.progress import duration
-from curionav_cli.commands.summary import a_console, print_columns
+from curionav_cli.commands.screen import a_console
+from curionav_cli.commands.summary import print_columns
 from curionav_cli.commands.words import sorted_out
 from curionav_cli.errors import ConfigError, UserError
 from curionav_cli.storage.run_folder import RunFolder

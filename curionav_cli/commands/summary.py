@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import shlex
-import sys
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -14,6 +13,7 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
+from curionav_cli.commands.screen import a_console
 from curionav_cli.commands.words import file_name
 from curionav_cli.errors import UserError
 from curionav_cli.files import write_whole
@@ -35,11 +35,6 @@ def show(folder: Path, folders: Sequence[Path]) -> None:
     elif names := {path.name for path in [*folders, *(file.parent for file in folder.glob("*/run.json"))]
                    if path.resolve() != folder.resolve()}:
         show_sweep(folder, [folder / name for name in sorted(names, key=job_number)], console)
-
-
-def a_console() -> Console:
-    """The terminal; a file gets lines of 140 characters, but for its tables (print_columns)."""
-    return Console() if sys.stdout.isatty() else Console(width=140)
 
 
 def show_run(folder: Path, console: Console) -> None:

@@ -17,9 +17,10 @@ from curionav_cli.agents.agent import Agent
 from curionav_cli.commands import remote
 from curionav_cli.commands import summary as end
 from curionav_cli.commands.launch import Request, launch
-from curionav_cli.commands.lifecycle import fixed_settings, rooted, see_through
+from curionav_cli.commands.lifecycle import fixed_settings, see_through
 from curionav_cli.commands.progress import Studying, line
 from curionav_cli.commands.recorder import Study
+from curionav_cli.commands.screen import a_console
 from curionav_cli.commands.serve import serve
 from curionav_cli.config.job import Outcome
 from curionav_cli.config.schema import Config, Learner
@@ -46,7 +47,7 @@ def train(settings: Config, folder: Path) -> RunFolder:
 
     Raises UserError before anything is written, RunFailed where the run cannot go on.
     """
-    return see_through("train", Training(rooted(settings), folder))
+    return see_through("train", Training(settings, folder))
 
 
 class Training:
@@ -106,7 +107,7 @@ def check(settings: Config) -> None:
     if not settings.loop.iterations:
         raise ConfigError("loop.iterations=0 trains nothing.")
     build.check(settings)
-    data = Path(settings.data).expanduser()
+    data = Path(settings.data)
     names = episodes.names(data)
     lived_in = episodes.environments(data)
     if lived_in and settings.env.name not in lived_in:
@@ -139,7 +140,7 @@ def check_server(settings: Config) -> None:
 def summary(folder: Path, outcomes: list[Outcome]) -> None:
     """The last lines of a training or a sweep of them, also of one that was interrupted."""
     runs = [RunFolder(folder)] if (folder / "config.yaml").is_file() else RunFolder.inside(folder)
-    console = end.a_console()
+    console = a_console()
     for one in runs:
         status = one.status
         used = status.get("replay", {})

@@ -9,6 +9,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from curionav_cli.errors import ConfigError
+from curionav_cli.files import place
 
 LONGEST = 120  # bytes of a label in a file's name, of which a disk takes 255
 Choices = Mapping[str, Sequence[str]]  # setting -> its values; none: anything
@@ -16,8 +17,8 @@ Choices = Mapping[str, Sequence[str]]  # setting -> its values; none: anything
 
 def sorted_out(command: str, words: Sequence[str], choices: Choices) -> tuple[list[Path], dict[str, str]]:
     """Folders and settings. Raises ConfigError for a setting or a value that the command does not have."""
-    settings = [word for word in words if "=" in word and not Path(word).exists()]
-    folders = [Path(word) for word in words if word not in settings]
+    settings = [word for word in words if "=" in word and not place(word).exists()]
+    folders = [place(word) for word in words if word not in settings]
     return folders, dict(choice(command, word, choices) for word in settings)
 
 
@@ -26,6 +27,8 @@ def choice(command: str, word: str, choices: Choices) -> tuple[str, str]:
     key, _, value = word.partition("=")
     if key not in choices:
         raise ConfigError(f"{command} has no setting {key}. It has: {', '.join(choices)}.")
+    if not value:
+        raise ConfigError(f"{key}= is empty. Give it a value, or leave it out.")
     return key, one_of(key, value, choices[key]) if choices[key] else value
 
 

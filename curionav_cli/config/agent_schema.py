@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from enum import Enum
 
-from curionav_cli.config.bounds import within
+from curionav_cli.config.bounds import bounded, within
 
 
 @dataclass(frozen=True)
@@ -116,18 +116,14 @@ class LBSDreamer:
     precision: Precision
 
     def __post_init__(self) -> None:
-        at_least = {0: ("free_nats", "model_lr", "actor_lr", "critic_lr", "entropy", "adam_epsilon",
-                        "curiosity_burn_in"),
-                    1: ("batch_size", "latent_dimension", "gru_units", "slow_critic_interval", "mlp_layers",
-                        "mlp_units", "action_repeat", "rssm_hidden", "behaviour_interval", "imagination_starts"),
-                    2: ("sequence_length", "latent_classes", "horizon")}
-        for least, keys in at_least.items():
-            for key in keys:
-                within(f"agent.{key}", getattr(self, key), least=least)
-        for key in ("kl_balance", "gamma", "return_lambda", "weight_decay", "decoded_share",
-                    "reward_momentum", "reward_centring"):
-            within(f"agent.{key}", getattr(self, key), least=0, most=1)
-        within("agent.clip", self.clip, least=1e-8)
+        bounded("agent", self, {
+            "kl_balance gamma return_lambda weight_decay decoded_share reward_momentum reward_centring "
+            "model_lr actor_lr critic_lr adam_epsilon": (0, 1),
+            "free_nats entropy": (0, 10**6), "curiosity_burn_in": (0, 10**9), "clip": (1e-8, 1e9),
+            "mlp_layers": (1, 100), "action_repeat": (1, 1000), "horizon": (2, 1000),
+            "batch_size latent_dimension gru_units mlp_units rssm_hidden": (1, 10**4),
+            "sequence_length latent_classes": (2, 10**4),
+            "imagination_starts": (1, 10**6), "slow_critic_interval behaviour_interval": (1, 10**9)})
         check_layers("agent.encoder", self.encoder_channels, self.encoder_kernels, self.encoder_strides)
         check_layers("agent.decoder", [*self.decoder_channels, 3], self.decoder_kernels, self.decoder_strides)
         side = 1
@@ -146,4 +142,5 @@ def check_layers(key: str, channels: list[int], kernels: list[int], strides: lis
     if not 2 <= len(channels) == len(kernels) == len(strides):
         raise ValueError(f"{key}_channels: two layers at least, with a kernel and a stride each")
     for name, numbers in (("channels", channels), ("kernels", kernels), ("strides", strides)):
-        within(f"{key}_{name}", min(numbers), least=1)
+        for number in numbers:
+            within(f"{key}_{name}", number, least=1, most=10**4)

@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
+Limits = Mapping[str, tuple[float, float]]
+
 
 def a_name(key: str, name: str) -> None:
     """Raises ValueError unless it can be part of a folder's name, which the folder of a run is made of."""
@@ -9,10 +13,14 @@ def a_name(key: str, name: str) -> None:
         raise ValueError(f"{key}: {name!r} is no name; it may not hold slashes or begin with a dot")
 
 
-def within(key: str, value: float, least: float = float("-inf"), most: float = float("inf")) -> None:
+def within(key: str, value: float, least: float, most: float) -> None:
     """Raises ValueError with 'key: ...' unless least <= value <= most (nan is never within)."""
-    if least <= value <= most:
-        return
-    if most == float("inf"):
-        raise ValueError(f"{key}: {value} is less than {least}")
-    raise ValueError(f"{key}: {value} is not between {least} and {most}")
+    if not least <= value <= most:
+        raise ValueError(f"{key}: {value} is not between {least} and {most}")
+
+
+def bounded(key: str, settings: object, limits: Limits) -> None:
+    """Fields of the dataclass that stands at `key`; limits: names in a line -> (least, most). Raises ValueError."""
+    for names, (least, most) in limits.items():
+        for name in names.split():
+            within(f"{key}.{name}", getattr(settings, name), least, most)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from enum import Enum
 
-from curionav_cli.config.bounds import within
+from curionav_cli.config.bounds import bounded, within
 
 
 class Reward(Enum):
@@ -69,6 +69,9 @@ class Coefficient:
     motion: float
     count_oracle: float
 
+    def __post_init__(self) -> None:
+        bounded("agent.coefficient", self, {"cbet count rnd icm ride motion count_oracle": (-10**6, 10**6)})
+
 
 @dataclass(frozen=True)
 class CBET:
@@ -113,17 +116,14 @@ class CBET:
     inverse_loss: float
 
     def __post_init__(self) -> None:
-        at_least = {0: ("value_cost", "entropy", "lr", "rmsprop_epsilon", "rnd_loss", "forward_loss", "inverse_loss"),
-                    1: ("key_bits", "environments", "unroll", "batch_size", "lstm_units", "lstm_layers"),
-                    1e-8: ("clip", "reward_clip", "rms_size")}
-        for least, keys in at_least.items():
-            for key in keys:
-                within(f"agent.{key}", getattr(self, key), least=least)
-        for key in ("reset_prob", "gamma", "rmsprop_decay"):
-            within(f"agent.{key}", getattr(self, key), least=0, most=1)
-        within("agent.rms_momentum", self.rms_momentum, least=0, most=0.9999)
+        bounded("agent", self, {
+            "reset_prob gamma rmsprop_decay lr rmsprop_epsilon": (0, 1), "rms_momentum": (0, 0.9999),
+            "value_cost entropy rnd_loss forward_loss inverse_loss": (0, 10**6),
+            "clip reward_clip rms_size": (1e-8, 1e9), "lstm_layers": (1, 100), "environments": (1, 1000),
+            "key_bits batch_size lstm_units": (1, 10**4), "unroll": (1, 10**6)})
         for name in ("conv_channels", "dense_units"):
-            within(f"agent.{name}", min(getattr(self, name), default=0), least=1)
+            for number in getattr(self, name) or [0]:
+                within(f"agent.{name}", number, least=1, most=10**4)
         if self.key is not Key.raw and self.difference is Difference.wrapped:
             raise ValueError(f"agent.difference: wrapped has no meaning for sums of grey (agent.key={self.key.value}); "
                              "set agent.difference=signed")

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from enum import Enum
 
-from curionav_cli.config.bounds import within
+from curionav_cli.config.bounds import bounded
 
 
 class Recovery(Enum):
@@ -45,9 +45,9 @@ class InfraredLight:
     missed: float
 
     def __post_init__(self) -> None:
-        within("robot.docking.infrared.range", self.range, least=0)
-        within("robot.docking.infrared.cone", self.cone, least=0, most=90)
-        within("robot.docking.infrared.missed", self.missed, least=0, most=1)
+        bounded("robot.docking.infrared", self, {
+            "range": (0, 10), "near": (0, self.range), "cone centre_sector overlap": (0, 90),
+            "centre_width side_axis side_width": (0, 180), "missed": (0, 1)})
 
 
 @dataclass(frozen=True)
@@ -56,6 +56,9 @@ class Contact:
 
     across: float
     angle: float
+
+    def __post_init__(self) -> None:
+        bounded("robot.docking.contact", self, {"across": (0, 1), "angle": (0, 180)})
 
 
 @dataclass(frozen=True)
@@ -71,6 +74,10 @@ class Approach:
     near: float
     near_turn: float
     stuck: float
+
+    def __post_init__(self) -> None:
+        bounded("robot.docking.approach", self, {
+            "crawl stream far near": (0.001, 2), "scan find far_turn near_turn": (0.001, 6), "stuck": (0, 3600)})
 
 
 @dataclass(frozen=True)
@@ -94,7 +101,5 @@ class Docking:
     contact: Contact
 
     def __post_init__(self) -> None:
-        within("robot.docking.staging", self.staging, least=0.4)
-        for name in ("acquire", "attempt", "charge", "action", "patience"):
-            within(f"robot.docking.{name}", getattr(self, name), least=0)
-        within("robot.docking.bumps", self.bumps, least=1)
+        bounded("robot.docking", self, {
+            "staging": (0.4, 4), "acquire attempt charge action patience": (0, 3600), "bumps": (1, 1000)})

@@ -42,10 +42,11 @@ class Job:
     work: Work
 
     def __call__(self, config: DictConfig) -> Outcome:
-        folder = Path(HydraConfig.get().runtime.output_dir)
+        runtime = HydraConfig.get().runtime
+        folder = Path(runtime.output_dir)
         log = logging.getLogger("curionav")
         try:
-            return Outcome(folder, result=self.work(as_settings(config), folder))
+            return Outcome(folder, result=self.work(as_settings(config, Path(runtime.cwd)), folder))
         except (UserError, RunFailed) as error:
             log.exception("the run could not go on")
             return Outcome(folder, 2 if isinstance(error, UserError) else 1, str(error))

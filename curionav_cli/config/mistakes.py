@@ -7,6 +7,7 @@ read by nobody. Each answer here is raised as a ConfigError.
 from __future__ import annotations
 
 import re
+import shlex
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import fields, is_dataclass
@@ -35,6 +36,7 @@ from curionav_cli.config.answers import (
     located,
     owner_of,
 )
+from curionav_cli.config.paths import as_text
 from curionav_cli.errors import ConfigError
 
 EXTRAS = {"joblib": "sweep", "submitit_slurm": "slurm", "submitit_local": "slurm"}  # of pyproject.toml
@@ -79,10 +81,10 @@ class Mistakes:
         if override.is_delete():
             raise ConfigError(f"{override.input_line}: a setting is given another value, never removed.")
         if swept and not multirun:
-            raise ConfigError(
-                f"A list of values needs a sweep. Add -m: {self.command} -m {' '.join(self.words)}"
-                + ("" if options else f"\n(If {key} is itself a list: {key}=[...].)")
-            )
+            line = as_text(str(override.input_line))
+            text = f"\n(If it is one text: {line}; if {key} is itself a list: {key}=[...].)"
+            raise ConfigError(f"A list of values needs a sweep. Add -m: {self.command} -m {shlex.join(self.words)}"
+                              + ("" if options else text))
         if swept and not override.is_discrete_sweep():
             return
         value = list(override.sweep_string_iterator()) if swept else override.value()
@@ -105,7 +107,7 @@ class Mistakes:
         """A launcher that a run without -m would not read: it would run here, and at once."""
         for override in overrides:
             if override.key_or_group in ("launcher", "hydra/launcher") and override.value() is not None:
-                line = f"{self.command} -m {' '.join(self.words)}"
+                line = f"{self.command} -m {shlex.join(self.words)}"
                 raise ConfigError(f"{override.input_line} is for sweeps. Add -m: {line}")
 
     def dashes(self, word: str, following: list[str]) -> NoReturn:
@@ -126,9 +128,12 @@ class Mistakes:
                 raise ConfigError(f"{word} needs a value: {word}=..." + has(word, options or []))
             guess = self.guess(word, known)
             raise ConfigError(f"{word} is not a setting. Settings are written as key=value.{guess}")
+        if "=" not in word:
+            raise ConfigError(f"{word!r} is not a setting. Settings are written as key=value; "
+                              f"{self.command} --help lists them all.")
         raise ConfigError(
             f"{word} cannot be read as key=value: {first_line(str(error.message))}\n"
-            "Text with commas, spaces or brackets is quoted twice, for the shell and for us: \"key='a, b'\""
+            f"Text with commas, brackets and the like is quoted twice, for the shell and for us: {as_text(word)}"
         ) from error
 
     @contextmanager

@@ -19,10 +19,11 @@ from omegaconf import DictConfig, OmegaConf
 from curionav_cli.config.answers import first_line
 from curionav_cli.config.hostile import refuse_callables
 from curionav_cli.config.mistakes import Mistakes
+from curionav_cli.config.paths import as_typed, quoted
 from curionav_cli.config.schema import Config
 from curionav_cli.config.settings import as_settings
 from curionav_cli.config.sources import MAIN
-from curionav_cli.errors import ConfigError, SceneError
+from curionav_cli.errors import ConfigError, SceneError, UserError
 from curionav_cli.files import folder_for
 
 COMPOSED = 16  # jobs; of a larger sweep each value is still composed once
@@ -47,6 +48,7 @@ Check = Callable[[Config], None]
 
 def plan(hydra: Hydra, words: list[str], multirun: bool, check: Check | None = None) -> Plan:
     """Raises ConfigError, or what `check` raises, with what to type instead."""
+    words = [as_typed(hydra, word) for word in words]
     mistakes = Mistakes(hydra, words)
     overrides = mistakes.parse(multirun)
     with mistakes.explained(words):
@@ -59,16 +61,16 @@ def plan(hydra: Hydra, words: list[str], multirun: bool, check: Check | None = N
     for job in sample(jobs):
         settings, chosen = compose(hydra, mistakes, job)
         if check is not None:
-            with naming(f"env/{settings.env.name}.yaml", mistakes.file(f"env/{chosen}")):
+            with blaming(hydra, mistakes, job, check, f"env/{settings.env.name}.yaml", f"env/{chosen}"):
                 check(settings)
     folder = output_folder(master, multirun)
     if not folder.strip():
         raise ConfigError(f"hydra.{'sweep' if multirun else 'run'}.dir is empty. Name a folder, or leave it out.")
-    folder_for(Path(folder))
+    where = folder_for(folder)
     if master.hydra.launcher.get("n_jobs") == 0:
         raise ConfigError("hydra.launcher.n_jobs=0 runs nothing. It is how many run at once; -1: as many as cores.")
     beside = multirun and not master.hydra.launcher._target_.endswith("BasicLauncher")
-    return Plan(words + [pin(folder, multirun)], multirun, Path(folder), jobs, beside)
+    return Plan(words + [pin(where, multirun)], multirun, where, jobs, beside)
 
 
 def compose(hydra: Hydra, mistakes: Mistakes, job: list[str]) -> tuple[Config, str]:
@@ -82,12 +84,23 @@ def compose(hydra: Hydra, mistakes: Mistakes, job: list[str]) -> tuple[Config, s
 
 
 @contextmanager
-def naming(scene: str, file: str) -> Iterator[None]:
-    """A scene's error names the file that a person can open."""
+def blaming(hydra: Hydra, mistakes: Mistakes, job: list[str], check: Check, scene: str, file: str) -> Iterator[None]:
+    """A scene's error names the setting without which it would stand, else the file that a person can open."""
     try:
         yield
     except SceneError as error:
-        raise SceneError(str(error).replace(f"{scene}:", f"{file}:", 1)) from error
+        own = [word.input_line for word in mistakes.values_of(job) if word.key_or_group.startswith("env.")]
+        guilty = next((word for word in own if stands(hydra, mistakes, [one for one in job if one != word], check)), "")
+        raise SceneError(str(error).replace(f"{scene}:", f"{guilty or mistakes.file(file)}:", 1)) from error
+
+
+def stands(hydra: Hydra, mistakes: Mistakes, job: list[str], check: Check) -> bool:
+    """Whether nothing is wrong with the job."""
+    try:
+        check(compose(hydra, mistakes, job)[0])
+    except UserError:
+        return False
+    return True
 
 
 def expand(hydra: Hydra, master: DictConfig, overrides: list[Override]) -> list[list[str]]:
@@ -133,7 +146,6 @@ def output_folder(config: DictConfig, multirun: bool) -> str:
     return str(OmegaConf.select(config, "hydra.sweep.dir" if multirun else "hydra.run.dir"))
 
 
-def pin(folder: str, multirun: bool) -> str:
+def pin(folder: Path, multirun: bool) -> str:
     """Absolute, since the workers of a launcher may stand elsewhere."""
-    quoted = str(Path(folder).absolute()).replace("'", "\\'")
-    return f"hydra.{'sweep' if multirun else 'run'}.dir='{quoted}'"
+    return f"hydra.{'sweep' if multirun else 'run'}.dir={quoted(str(folder.absolute()))}"

@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass
 from enum import Enum
 
-from curionav_cli.config.bounds import within
+from curionav_cli.config.bounds import bounded
 from curionav_cli.config.docking_schema import Docking
 from curionav_cli.config.schema import Robot
 
@@ -28,8 +28,7 @@ class Battery:
     reserve: float
 
     def __post_init__(self) -> None:
-        within("robot.battery.reserve", self.reserve, least=0)
-        within("robot.battery.capacity", self.capacity, least=self.reserve)
+        bounded("robot.battery", self, {"reserve": (0, 10**6), "capacity": (self.reserve, 10**6)})
 
 
 @dataclass(frozen=True)
@@ -48,10 +47,8 @@ class Drive:
     twist: float
 
     def __post_init__(self) -> None:
-        for name in ("forward", "veer", "turn", "twist"):
-            within(f"robot.drive.{name}", getattr(self, name), least=0)
-        within("robot.drive.slip_least", self.slip_least, least=0, most=self.slip_most)
-        within("robot.drive.slip_most", self.slip_most, least=0, most=1)
+        bounded("robot.drive", self, {
+            "forward slip_most": (0, 1), "veer turn twist": (0, 360), "slip_least": (0, self.slip_most)})
 
 
 @dataclass(frozen=True)
@@ -62,8 +59,7 @@ class Odometry:
     noise: float
 
     def __post_init__(self) -> None:
-        within("robot.odometry.scale", self.scale, least=0)
-        within("robot.odometry.noise", self.noise, least=0)
+        bounded("robot.odometry", self, {"scale noise": (0, 1)})
 
 
 @dataclass(frozen=True)
@@ -77,8 +73,7 @@ class Gyro:
     walk: float
 
     def __post_init__(self) -> None:
-        for name in ("scale", "noise", "bias", "walk"):
-            within(f"robot.gyro.{name}", getattr(self, name), least=0)
+        bounded("robot.gyro", self, {"scale": (0, 1), "noise bias walk": (0, 360)})
 
 
 @dataclass(frozen=True)
@@ -103,9 +98,7 @@ class ScanOdometry:
     narrowest: float
 
     def __post_init__(self) -> None:
-        within("robot.scan_odometry.position", self.position, least=1e-4)
-        within("robot.scan_odometry.yaw", self.yaw, least=1e-3)
-        within("robot.scan_odometry.narrowest", self.narrowest, least=1e-6, most=0.5)
+        bounded("robot.scan_odometry", self, {"position": (1e-4, 1), "yaw": (1e-3, 360), "narrowest": (1e-6, 0.5)})
 
 
 @dataclass(frozen=True)
@@ -118,9 +111,7 @@ class ScanToMap:
     yaw: float
 
     def __post_init__(self) -> None:
-        within("robot.scan_to_map.noise", self.noise, least=1e-4)
-        within("robot.scan_to_map.position", self.position, least=1e-4)
-        within("robot.scan_to_map.yaw", self.yaw, least=1e-3)
+        bounded("robot.scan_to_map", self, {"noise position": (1e-4, 1), "yaw": (1e-3, 360)})
 
 
 @dataclass(frozen=True)
@@ -137,12 +128,9 @@ class Filter:
     lost_yaw: float
 
     def __post_init__(self) -> None:
-        within("robot.filter.dock_position", self.dock_position, least=1e-4)
-        within("robot.filter.dock_yaw", self.dock_yaw, least=1e-2)
-        within("robot.filter.gate", self.gate, least=0.5, most=1 - 1e-9)
-        within("robot.filter.patience", self.patience, least=1)
-        within("robot.filter.lost_position", self.lost_position, least=0)
-        within("robot.filter.lost_yaw", self.lost_yaw, least=0)
+        bounded("robot.filter", self, {
+            "dock_position": (1e-4, 10), "dock_yaw": (1e-2, 360), "gate": (0.5, 1 - 1e-9), "patience": (1, 10**6),
+            "lost_position": (0, 10), "lost_yaw": (0, 360)})
 
 
 @dataclass(frozen=True)
@@ -168,9 +156,7 @@ class Turtlebot(Robot):
         return max(1, math.ceil(round((self.battery.capacity - self.battery.reserve) / self.step, 6)))
 
     def __post_init__(self) -> None:
-        within("robot.step", self.step, least=0.01)
+        bounded("robot", self, {"step": (0.01, 60)})
         for name, rays in (("lidar", self.lidar), ("depth", self.depth)):
-            within(f"robot.{name}.beams", rays.beams, least=2)
-            within(f"robot.{name}.view", rays.view, least=1, most=360)
-            within(f"robot.{name}.blind", rays.blind, least=0, most=rays.far)
-            within(f"robot.{name}.noise", rays.noise, least=0)
+            bounded(f"robot.{name}", rays, {
+                "beams": (2, 10**4), "view": (1, 360), "far": (0, 1000), "blind": (0, rays.far), "noise": (0, 10)})

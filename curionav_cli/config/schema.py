@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 from enum import Enum
 from typing import Any
 
-from curionav_cli.config.bounds import a_name, within
+from curionav_cli.config.bounds import a_name, bounded, within
 
 
 class Device(Enum):
@@ -65,10 +65,7 @@ class Loop:
     replay_memory: float  # GB of frames; the others are read from the disk
 
     def __post_init__(self) -> None:
-        within("loop.steps", self.steps, least=1)
-        within("loop.iterations", self.iterations, least=0)
-        within("loop.episodes", self.episodes, least=1)
-        within("loop.replay_memory", self.replay_memory, least=0)
+        bounded("loop", self, {"steps episodes": (1, 10**6), "iterations": (0, 10**9), "replay_memory": (0, 10**6)})
 
 
 @dataclass(frozen=True)
@@ -78,7 +75,7 @@ class Dock:
     requests: int = 600
 
     def __post_init__(self) -> None:
-        within("dock.requests", self.requests, least=1)
+        bounded("dock", self, {"requests": (1, 10**6)})
 
 
 @dataclass(frozen=True)
@@ -161,9 +158,9 @@ class Remote:
     follow: bool
 
     def __post_init__(self) -> None:
-        for name, least in (("wait", 0), ("offline", 0), ("poll", 0.01), ("timeout", 0.1), ("gap", 0), ("outbox", 1)):
-            within(f"remote.{name}", getattr(self, name), least=least)
-        within("remote.disk", self.disk, least=0, most=1)
+        bounded("remote", self, {
+            "wait offline gap": (0, 10**9), "poll": (0.01, 86400), "timeout": (0.1, 86400), "outbox": (1, 10**6),
+            "disk": (0, 1)})
 
 
 @dataclass(frozen=True)

@@ -13,13 +13,17 @@ from omegaconf.errors import MissingMandatoryValue, OmegaConfBaseException
 
 from curionav_cli.config.answers import in_words, type_of
 from curionav_cli.config.bombs import refuse_bomb
+from curionav_cli.config.paths import rooted
 from curionav_cli.config.schema import Config
 from curionav_cli.config.sources import AGENTS, MAIN, ROBOTS, conf_dir, writable
 from curionav_cli.errors import ConfigError, RunFolderError
 
 
-def as_settings(config: DictConfig) -> Config:
-    """The dataclass that tasks see. Raises ConfigError for a missing value or one out of range."""
+def as_settings(config: DictConfig, start: Path | None = None) -> Config:
+    """The dataclass that tasks see, its relative paths from the folder `start`, or from where the process stands.
+
+    Raises ConfigError for a missing value or one out of range.
+    """
     own = deepcopy(config)
     with flag_override(own, ["struct", "readonly"], False):
         own.pop("hydra", None)
@@ -33,7 +37,7 @@ def as_settings(config: DictConfig) -> Config:
     except ValueError as error:  # of a __post_init__, which names its key
         raise ConfigError(str(error)) from error
     assert isinstance(settings, Config)
-    return settings
+    return rooted(settings, start or Path.cwd())
 
 
 def missing_key(config: DictConfig, error: MissingMandatoryValue) -> str:

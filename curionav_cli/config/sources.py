@@ -26,7 +26,9 @@ from omegaconf import DictConfig, OmegaConf
 
 from curionav_cli.config import agent_schema, cbet_schema, robot_schema, schema
 from curionav_cli.config.bombs import refuse_bomb
+from curionav_cli.config.whole import take_any_spelling
 from curionav_cli.errors import ConfigError
+from curionav_cli.files import place
 
 MAIN = "config"  # conf/config.yaml
 
@@ -77,10 +79,10 @@ def opened(command: str, *config_dirs: Path | None) -> Iterator[Hydra]:
 
 def user_directories(config_dirs: Iterable[Path | None]) -> list[Path]:
     """The user's own config directories, the first one ranks highest."""
-    named = [("--config-dir", path) for path in config_dirs if path]
+    named = [("--config-dir", place(path)) for path in config_dirs if path]
     for part in os.environ.get("CURIONAV_CONFIG_PATH", "").split(os.pathsep):
         if part:
-            named.append(("CURIONAV_CONFIG_PATH", Path(part)))
+            named.append(("CURIONAV_CONFIG_PATH", place(part)))
     for origin, path in named:
         if not path.is_dir():
             raise ConfigError(f"{origin}: there is no directory {path}.")
@@ -125,4 +127,5 @@ def writable(node: type) -> DictConfig:
     for field in fields(node):
         if is_dataclass(hints[field.name]):
             config[field.name] = writable(hints[field.name])
+        take_any_spelling(config._get_node(field.name))
     return config

@@ -17,7 +17,7 @@ from typing import Any
 from urllib.parse import unquote, urlsplit
 
 from curionav_cli.errors import ConfigError, Denied, Unreachable
-from curionav_cli.storage.credentials import s3_options
+from curionav_cli.storage.credentials import emptied, s3_options
 from curionav_cli.storage.reasons import unreachable
 
 EXAMPLES = "storage=file:///srv/robot or storage=s3://BUCKET/PREFIX"
@@ -44,6 +44,7 @@ class Store:
             return cls(partial(LocalStore, path), Path(path))
         client: Any = {"timeout": f"{timeout:g}s", "connect_timeout": f"{min(timeout, 10):g}s", "allow_http": True}
         retry: Any = {"max_retries": 1, "retry_timeout": timedelta(seconds=timeout)}
+        emptied(os.environ)
         who: Any = {**s3_options(os.environ, Path.home()), "disable_bulk_delete": True}  # which some do not know
         return cls(partial(S3Store, place, prefix=path.strip("/") or None, client_options=client, retry_config=retry,
                            **who))

@@ -33,6 +33,7 @@ RANGES = {
     "radius": (0.0, 5.0), "camera": (0.01, 10.0), "height": (0.1, 20.0), "agent_height": (0.01, 10.0),
     "fov": (20.0, 150.0), "cell": (0.01, 2.0), "unknown_grey": (0, 255), "visitable": (1, 10**9),
     "scale_occupied": (1, 100),
+    "visitable_radius": (0.0, 5.0),
 }
 
 

@@ -40,8 +40,8 @@ def test_a_run_goes_on_as_if_it_had_never_stopped(cli: Cli, tmp_path: Path, agen
     (["agent.view=front"], "agent.view: 'front' is not one of pano, ego"),
     (["agent.key=grey_8"], "agent.difference: wrapped has no meaning for sums of grey (agent.key=grey_8)"),
     (["agent.reset_prob=2"], "agent.reset_prob: 2.0 is not between 0 and 1"),
-    (["agent.environments=0"], "agent.environments: 0 is less than 1"),
-    (["agent.conv_channels=[]"], "agent.conv_channels: 0 is less than 1"),
+    (["agent.environments=0"], "agent.environments: 0 is not between 1 and"),
+    (["agent.conv_channels=[]"], "agent.conv_channels: 0 is not between 1 and"),
     (["agent.coefficient.rdn=1"], "no key agent.coefficient.rdn. Did you mean agent.coefficient.rnd"),
     (["agent.name=lbs_dreamer"], "agent.name: 'lbs_dreamer' is not the name of this agent"),
 ])

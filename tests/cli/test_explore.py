@@ -159,7 +159,7 @@ def test_resume_changes_only_the_number_of_episodes(cli: Cli, tmp_path: Path) ->
     assert len(metrics(tmp_path / "run")) == 5
     for word, said in (("agent=bounce", "only loop.episodes, env.map, env.overlay, loop.replay_memory, compile, "),
                        ("loop.episodes=x", "loop.episodes: 'x' is not a whole number"),
-                       ("loop.episodes=0", "loop.episodes: 0 is less than 1")):
+                       ("loop.episodes=0", "loop.episodes: 0 is not between 1 and")):
         refused = cli("resume", "run", word)
         assert refused.code == 2 and said in refused.error and len(refused.error.strip().splitlines()) == 1
 

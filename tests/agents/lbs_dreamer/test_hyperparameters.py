@@ -33,7 +33,7 @@ def test_both_scales_have_every_setting_and_nothing_else(hyper):
 
 
 @pytest.mark.parametrize("key, value, message", [
-    ("batch_size", 0, "agent.batch_size: 0 is less than 1"),
+    ("batch_size", 0, "agent.batch_size: 0 is not between 1 and"),
     ("gamma", 1.5, "agent.gamma: 1.5 is not between 0 and 1"),
     ("encoder_kernels", [4, 4], "agent.encoder_channels: two layers"),
     ("decoder_kernels", [5, 5, 6, 8], "agent.decoder_kernels: .* side 66, not 64"),

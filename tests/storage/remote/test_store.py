@@ -9,7 +9,7 @@ from servers import Place
 from storage.remote.pair import Pair
 
 from curionav_cli.errors import ConfigError, Unreachable
-from curionav_cli.storage.credentials import s3_options
+from curionav_cli.storage.credentials import emptied, s3_options
 from curionav_cli.storage.protocol import LATEST, Pointer, parsed, written
 from curionav_cli.storage.store import Store, parts
 
@@ -55,6 +55,24 @@ def test_a_key_comes_from_the_environment_or_from_the_files_of_aws(tmp_path: Pat
     with pytest.raises(ConfigError, match="cannot be read as AWS's tools write it") as refused:
         s3_options({}, tmp_path)
     assert SECRET not in str(refused.value) and refused.value.__context__ is None
+
+
+@pytest.mark.parametrize("address", [f"127.0.0.1:9000/{SECRET}", "localhost:9000", "s3://x", "http://", "http://:9000",
+                                     "http://h:port", "http://h:99999", f"http://a b/{SECRET}", "https://h:0", "ftp://h"])
+@pytest.mark.parametrize("name", ["AWS_ENDPOINT_URL", "AWS_ENDPOINT", "AWS_ENDPOINT_URL_S3"])
+def test_an_address_that_is_no_url_is_answered_before_the_library_sees_it(
+        tmp_path: Path, name: str, address: str) -> None:
+    with pytest.raises(ConfigError, match=r"is no URL\. Write it as http://HOST:PORT or https://HOST") as refused:
+        s3_options({name: address, "AWS_ACCESS_KEY_ID": "A"}, tmp_path)
+    assert SECRET not in str(refused.value) and refused.value.__context__ is None
+    assert s3_options({name: " https://h/x ", "AWS_ACCESS_KEY_ID": "A"}, tmp_path)["endpoint"] == "https://h/x"
+
+
+def test_what_is_set_and_empty_counts_as_unset(tmp_path: Path) -> None:
+    environment = {"AWS_ENDPOINT_URL": "", "AWS_ENDPOINT": " ", "AWS_REGION": "", "AWS_ACCESS_KEY_ID": "A", "HOME": ""}
+    emptied(environment)
+    assert environment == {"AWS_ACCESS_KEY_ID": "A", "HOME": ""}
+    assert s3_options(environment, tmp_path) == {"region": "us-east-1"}
 
 
 def test_a_folder_that_is_not_mounted_is_not_made_anew(tmp_path: Path) -> None:

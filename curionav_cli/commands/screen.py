@@ -1,0 +1,28 @@
+"""Where output goes: a terminal, a file, or a pipe that may be closed at its other end."""
+
+from __future__ import annotations
+
+import os
+import sys
+
+from rich.console import Console
+
+from curionav_cli.errors import Unread
+
+
+class Screen(Console):
+    """Rich's, which would end the process where nobody reads any more."""
+
+    def on_broken_pipe(self) -> None:
+        raise Unread
+
+
+def a_console() -> Console:
+    """The terminal; a file gets lines of 140 characters, but for its tables (print_columns)."""
+    return Screen() if sys.stdout.isatty() else Screen(width=140)
+
+
+def mute() -> None:
+    """Nothing is written to a closed pipe once more, which Python would complain of when it ends."""
+    with open(os.devnull, "w") as nowhere:
+        os.dup2(nowhere.fileno(), sys.stdout.fileno())

@@ -1,0 +1,58 @@
+"""Paths as a person types them: with ~, and with characters that Hydra's grammar keeps for itself."""
+
+from __future__ import annotations
+
+import re
+import shlex
+from dataclasses import replace
+from pathlib import Path
+
+from hydra._internal.hydra import Hydra
+from hydra.core.override_parser.overrides_parser import OverridesParser
+from hydra.errors import HydraException
+
+from curionav_cli.config import listing
+from curionav_cli.config.schema import Config
+from curionav_cli.files import place
+
+SETTINGS = ("env.map", "env.overlay", "data", "storage", "hydra.run.dir", "hydra.sweep.dir")
+
+
+def as_typed(hydra: Hydra, word: str) -> str:
+    """The word for Hydra, quoted where that would misread it: a path, or an option of a group as env=büro."""
+    key, _, text = word.partition("=")
+    return f"{key}={quoted(text)}" if misread(hydra, word, key.lstrip("+"), text) else word
+
+
+def misread(hydra: Hydra, word: str, key: str, text: str) -> bool:
+    """Whether it is no list, number or formula, however it reads."""
+    try:
+        override = OverridesParser.create(config_loader=hydra.config_loader).parse_overrides([word])[0]
+    except HydraException:
+        return key in SETTINGS or text in listing.options_of(hydra, key)
+    if key not in SETTINGS or place(text).exists():
+        return key in SETTINGS
+    if override.is_sweep_override():
+        return key.startswith("hydra.")  # which is not swept over
+    return not isinstance(override.value(), str | None)
+
+
+def quoted(text: str) -> str:
+    """As a string of Hydra's grammar, in which a backslash counts only before a quote."""
+    escaped = re.sub(r"(\\*)('|$)", lambda found: found[1] * 2 + found[2].replace("'", "\\'"), text)
+    return f"'{escaped}'"
+
+
+def as_text(word: str) -> str:
+    """What to type at a prompt to have the value taken as it stands: in double quotes where they do."""
+    key, _, text = word.partition("=")
+    whole = f"{key or 'key'}={quoted(text)}"
+    return shlex.quote(whole) if re.search(r'["$`\\!]', whole) else f'"{whole}"'
+
+
+def rooted(settings: Config, start: Path) -> Config:
+    """Its files by absolute paths, relative ones from the folder `start`: a run is resumed from any folder."""
+    def absolute(path: str | None) -> str | None:
+        return str((start / place(path)).resolve()) if path else None
+    env = replace(settings.env, map=absolute(settings.env.map), overlay=absolute(settings.env.overlay))
+    return replace(settings, env=env, data=absolute(settings.data))
