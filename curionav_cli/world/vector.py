@@ -39,9 +39,10 @@ class NavigationVectorEnv(gymnasium.vector.VectorEnv[Any, Any, Any]):
                  max_episode_steps: int | None = None, autoreset_mode: AutoresetMode | str = AutoresetMode.SAME_STEP,
                  reward: str = "none", reset_mode: str = "restart"):
         check_render_mode(render_mode, METADATA["render_modes"])
+        check_end(max_episode_steps)
         self.scene, self.num_envs, self.render_mode = scene, num_envs, render_mode
         self.max_episode_steps = max_episode_steps
-        self.autoreset_mode = AutoresetMode(autoreset_mode)
+        self.autoreset_mode = mode_of(autoreset_mode)
         self.metadata = {**METADATA, "autoreset_mode": self.autoreset_mode}
         self.single_action_space, self.single_observation_space = actions(), observations()
         self.action_space = batch_space(actions(), num_envs)
@@ -90,12 +91,12 @@ class NavigationVectorEnv(gymnasium.vector.VectorEnv[Any, Any, Any]):
         actions = np.asarray(actions)
         if actions.shape != (self.num_envs,) or not np.isin(actions, (0, 1, 2)).all():
             raise ValueError(f"actions {actions!r} are not {self.num_envs} of 0 forward, 1 left, 2 right")
-        changed, collided = self._act(actions)
-        if self._over.any():  # NEXT_STEP
-            self._begin(self._over)
-        self._see(changed | self._over)
-        earned, over = self._earned(), np.zeros(self.num_envs, bool)
-        self._steps += ~self._over
+        again, over = self._over.copy(), np.zeros(self.num_envs, bool)  # again: only in NEXT_STEP
+        changed, collided = self._act(actions, ~again)
+        self._begin(again)
+        self._see(changed | again)
+        earned = self._earned(~again)
+        self._steps += ~again
         if self.max_episode_steps is not None:
             over = self._steps >= self.max_episode_steps
         info = self._info(collided)
@@ -127,12 +128,12 @@ class NavigationVectorEnv(gymnasium.vector.VectorEnv[Any, Any, Any]):
             raise ResetNeeded(f"The episodes of worlds {np.flatnonzero(self._over).tolist()} have ended: call "
                               'reset(options={"reset_mask": mask}) first, or choose another autoreset_mode.')
 
-    def _act(self, actions: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Every world that is not over moves: (E,) did its pose change, (E,) did it collide?"""
-        turn = ((actions == motion.LEFT).astype(np.int64) - (actions == motion.RIGHT)) * ~self._over
+    def _act(self, actions: np.ndarray, acting: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """The worlds of this mask move: (E,) did its pose change, (E,) did it collide?"""
+        turn = ((actions == motion.LEFT).astype(np.int64) - (actions == motion.RIGHT)) * acting
         self._heading = (self._heading + turn) % motion.HEADINGS
         changed, collided = turn != 0, np.zeros(self.num_envs, bool)
-        for world in np.flatnonzero((actions == motion.FORWARD) & ~self._over).tolist():
+        for world in np.flatnonzero((actions == motion.FORWARD) & acting).tolist():
             changed[world], collided[world] = self._forward(world)
         return changed, collided
 
@@ -144,10 +145,10 @@ class NavigationVectorEnv(gymnasium.vector.VectorEnv[Any, Any, Any]):
         self._x[world], self._y[world] = x, y
         return (x, y) != before, collided
 
-    def _earned(self) -> np.ndarray:
+    def _earned(self, acting: np.ndarray) -> np.ndarray:
         """The reward of this step, (E,); 0.0 of a world that has only begun again."""
-        where = zip(self._rewards, self._x.tolist(), self._y.tolist(), self._over.tolist(), strict=True)
-        return np.array([0.0 if over else reward.land(x, y) for reward, x, y, over in where])
+        where = zip(self._rewards, self._x.tolist(), self._y.tolist(), acting.tolist(), strict=True)
+        return np.array([reward.land(x, y) if acts else 0.0 for reward, x, y, acts in where])
 
     def _begin(self, which: np.ndarray, seeds: list[int | None] | None = None, episode: int | None = None) -> None:
         """The worlds of this mask stand at the start of their next episode, or of the one that is asked for."""
@@ -202,6 +203,21 @@ class NavigationVectorEnv(gymnasium.vector.VectorEnv[Any, Any, Any]):
         pose = np.stack([self._x, self._y, motion.YAW[self._heading]], axis=1)
         info = {"pose": pose, "collided": collided, "episode_index": self._episode.copy()}
         return info | {f"_{key}": known.copy() for key in info}
+
+
+def check_end(max_episode_steps: int | None) -> None:
+    """Raises ValueError for a number of steps that no episode can have."""
+    if max_episode_steps is not None and not (isinstance(max_episode_steps, int) and max_episode_steps >= 1):
+        raise ValueError(f"max_episode_steps must be 1 or more, or None, not {max_episode_steps!r}.")
+
+
+def mode_of(name: AutoresetMode | str) -> AutoresetMode:
+    """The mode, also by gymnasium's name of it. Raises ValueError for another one."""
+    try:
+        return AutoresetMode(name)
+    except ValueError:
+        names = ", ".join(mode.value for mode in AutoresetMode)
+        raise ValueError(f"autoreset_mode must be one of {names}, not {name!r}.") from None
 
 
 def make(scene: str, num_envs: int = 1, render_mode: str | None = None, max_episode_steps: int | None = None,
