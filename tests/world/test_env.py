@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import gymnasium
 import numpy as np
 import pytest
@@ -12,7 +14,7 @@ from curionav_cli.errors import MapError, SceneError
 from curionav_cli.world import dynamics, motion
 from curionav_cli.world.env import NavigationEnv
 from curionav_cli.world.motion import HEADINGS
-from curionav_cli.world.registration import SCENES, make, register
+from curionav_cli.world.registration import SCENES, register
 from curionav_cli.world.render import Renderer
 from curionav_cli.world.reward import REWARDS, Reward
 from curionav_cli.world.scene import Scene
@@ -164,7 +166,7 @@ def test_a_thing_moves_in_every_period_and_near_episodes_are_what_they_were() ->
     near = [int(dynamics.place(item, move, 0, episode, 7)[0]) for episode in range(8)]
     assert near == [0, 2, 0, 2, 1, 2, 0, 2]
     far = [dynamics.place(item, move, 0, dynamics.PERIODS + episode, 7) for episode in range(50)]
-    assert all(one != other for one, other in zip(far, far[1:], strict=False)) and set(far) == {(0, 0), (1, 0), (2, 0)}
+    assert all(one != other for one, other in pairwise(far)) and set(far) == {(0, 0), (1, 0), (2, 0)}
 
 
 def test_reward_counts_the_cells_where_steps_end(small_room: Scene) -> None:
