@@ -13,12 +13,12 @@ def test_a_film(made, tmp_path) -> None:
     import cv2
     from gymnasium.wrappers import RecordVideo
 
-    env = RecordVideo(made(ROOM, render_mode="rgb_array", max_episode_steps=5), str(tmp_path), lambda _: True)
+    env = RecordVideo(made(ROOM, render_mode="rgb_array", max_episode_steps=5), str(tmp_path / "film"), lambda _: True)
     env.reset(seed=0)
     for _ in range(5):
         env.step(1)
     env.close()
-    film = cv2.VideoCapture(str(next(tmp_path.glob("*.mp4"))))
+    film = cv2.VideoCapture(str(next(tmp_path.glob("film/*.mp4"))))
     assert [film.get(key) for key in (cv2.CAP_PROP_FRAME_COUNT, cv2.CAP_PROP_FRAME_WIDTH)] == [6, 64]
 
 

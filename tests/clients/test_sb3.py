@@ -22,9 +22,10 @@ def trainer(name: str, env, steps: int):
     return maker(policy, env, n_steps=steps, batch_size=steps, n_epochs=1, seed=0, device="cpu", policy_kwargs=kwargs)
 
 
+@pytest.mark.filterwarnings("ignore:Your observation depth has an unconventional shape:UserWarning")
 @pytest.mark.parametrize("name", SCENES)
 def test_their_checker_finds_no_fault(made, name: str) -> None:
-    """Its warnings are errors here."""
+    """Its warnings are errors here, but for the one that depth is neither a picture nor a vector."""
     pytest.importorskip("stable_baselines3")
     from stable_baselines3.common.env_checker import check_env
 
