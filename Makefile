@@ -54,7 +54,7 @@ SWEEPS = ours theirs small large
 FIGURES = figure-apartments figure-small-room figure-large-lab figure-predictions figure-best figure-scenes figure-docking
 TABLES = table-hyperparameters table-sizes table-docking
 
-.PHONY: help setup explore controls test lint clean figures cost comparison paper-vs-ours $(FIGURES) $(TABLES)
+.PHONY: help setup explore controls test clients lint clean figures cost comparison paper-vs-ours $(FIGURES) $(TABLES)
 
 help:
 	@echo "make explore   set up, then watch LBS Dreamer explore a room, beside random and bounce"
@@ -63,6 +63,7 @@ help:
 	@echo "               one of them: make $(FIGURES) $(TABLES)"
 	@echo "make comparison  ours, C-BET and the baselines: SCALE=cpu, five seeds, hours"
 	@echo "make test      set up, then run the tests, two files at a time (WORKERS=4: four)"
+	@echo "make clients   install Stable-Baselines3, torchrl and Minari too, and train with them in every world"
 	@echo "make setup     virtual environment in .venv, versions pinned by constraints.txt"
 	@echo "make lint      ruff and mypy"
 	@echo "make clean     remove .venv and caches; outputs/ stays"
@@ -148,6 +149,10 @@ comparison: $(RUNS)/many/.done
 
 test: $(READY)
 	.venv/bin/python -m pytest -q -n $(WORKERS) --dist loadfile
+
+clients: $(READY)
+	.venv/bin/pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[dev,clients]'
+	.venv/bin/python -m pytest -q -m clients tests/clients
 
 lint: $(READY)
 	.venv/bin/ruff check .

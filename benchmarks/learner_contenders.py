@@ -130,7 +130,7 @@ class Curionav(Torch):
         self.agent.learner.update(self.data)
 
     def act(self) -> None:
-        self.agent.act(self.seen, {"episode": 0})
+        self.agent.act(self.seen, {"episode_index": 0})
 
 
 class Probe(Torch):

@@ -96,15 +96,16 @@ def run_episode(env: gymnasium.Env, agent: Agent, observation: dict[str, np.ndar
         image[t] = observation["image"]
         told.append(info)
         watch.acted(t)
-    return recorded(image[:len(told)], action[:len(told) - 1], told)
+    return recorded(image[:len(told)], action[:len(told) - 1], told, env.get_wrapper_attr("events"))
 
 
-def recorded(image: np.ndarray, action: np.ndarray, told: list[dict[str, Any]]) -> Episode:
-    """An episode of what was seen (T+1), done (T) and told (T+1 infos)."""
+def recorded(image: np.ndarray, action: np.ndarray, told: list[dict[str, Any]],
+             events: tuple[dict[str, Any], ...]) -> Episode:
+    """An episode of what was seen (T+1), done (T) and told (T+1 infos), and what had changed before it."""
     estimate = np.array([info["estimate"] for info in told]) if "estimate" in told[0] else None
     collided = np.array([info["collided"] for info in told[1:]], bool)
     return Episode(image, action, np.array([info["pose"] for info in told], np.float64), collided,
-                   tuple(told[0].get("events", ())), estimate, told[0].get("dock"))
+                   events, estimate, told[0].get("dock"))
 
 
 class LearnHere:

@@ -1,7 +1,8 @@
-"""Small nouns for tests: episodes and plans of any size."""
+"""Small nouns for tests: episodes and plans of any size, a map."""
 
 import numpy as np
 import pytest
+from office import write_two_rooms
 
 from curionav_cli.records import Episode, FloorPlan, Pose
 
@@ -28,3 +29,9 @@ def a_plan():
         visitable = floor & ~solid
         return FloorPlan(visitable, floor, solid, cell, Pose(cell / 2, cell / 2, 0.0), radius, "a_plan")
     return make
+
+
+@pytest.fixture(scope="session")
+def a_map(tmp_path_factory):
+    """The YAML file of a ROS map of two rooms."""
+    return str(write_two_rooms(tmp_path_factory.mktemp("office")))

@@ -1,4 +1,4 @@
-"""A made-up office of 100 x 100 m as a ROS map of 5 cm pixels: 400 rooms, doors, furniture, pillars."""
+"""Made-up offices as ROS maps: one of 100 x 100 m, 400 rooms, doors, furniture, pillars; and one of two rooms."""
 
 from __future__ import annotations
 
@@ -29,5 +29,18 @@ def write_office(folder: Path) -> Path:
     (folder / "office.pgm").write_bytes(f"P5\n{PIXELS} {PIXELS}\n255\n".encode() + image.tobytes())
     path = folder / "office.yaml"
     path.write_text("image: office.pgm\nresolution: 0.05\norigin: [0.0, 0.0, 0.0]\nnegate: 0\n"
+                    "occupied_thresh: 0.65\nfree_thresh: 0.196\n", encoding="utf-8")
+    return path
+
+
+def write_two_rooms(folder: Path) -> Path:
+    """6 x 3 m of 10 cm cells: a door, and a table of 0.8 x 0.6 m; returns the YAML file."""
+    image = np.full((30, 60), 254, np.uint8)
+    image[[0, -1]] = image[:, [0, -1]] = 0
+    image[:12, 30:32] = image[20:, 30:32] = 0
+    image[10:16, 20:28] = 0
+    (folder / "office.pgm").write_bytes(b"P5\n60 30\n255\n" + image[::-1].tobytes())
+    path = folder / "office.yaml"
+    path.write_text("image: office.pgm\nresolution: 0.1\norigin: [-1, -2, 0]\nnegate: 0\n"
                     "occupied_thresh: 0.65\nfree_thresh: 0.196\n", encoding="utf-8")
     return path

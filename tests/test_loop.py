@@ -17,14 +17,13 @@ class Line(gymnasium.Env):
         self.calls, self.episode, self.x = calls, -1, 0
 
     def look(self, collided=False):
-        info = {"pose": np.array([self.x, 0.0, 0.0]), "collided": collided, "episode": self.episode,
-                "events": ({"episode": self.episode},)}
+        info = {"pose": np.array([self.x, 0.0, 0.0]), "collided": collided, "episode_index": self.episode}
         return {"image": np.full((64, 64, 3), self.x, np.uint8)}, info
 
     def reset(self, *, seed=None, options=None):
         self.calls.append(("reset", seed, options))
         self.episode = options["episode"] if options else self.episode + 1
-        self.x = 0
+        self.x, self.events = 0, ({"episode": self.episode},)
         return self.look()
 
     def step(self, action):

@@ -52,7 +52,7 @@ class Agent(ABC):
         """The next action.
 
         observation: image (64, 64, 3) uint8, depth (64, 64) float32 metres.
-        info: pose (x, y, yaw), collided (did the last action fall short), episode.
+        info: pose (x, y, yaw), collided (did the last action fall short), episode_index.
         """
 
     def foresee(self, index: int, episode: Episode) -> Foresight | None:

@@ -37,8 +37,8 @@ class Frontier(Agent):
         self.way, self.wait = [], 0
 
     def act(self, observation: dict[str, np.ndarray], info: dict[str, Any]) -> int:
-        if info["episode"] != self.episode:  # where the things stand today, too
-            self.episode = info["episode"]
+        if info["episode_index"] != self.episode:  # where the things stand today, too
+            self.episode = int(info["episode_index"])
             self.plan = self.world.at(self.episode, self.seed)[0].plan
         x, y, yaw = info["pose"]
         self.visited[self.plan.cells(x, y)] = True

@@ -21,8 +21,9 @@ from curionav_cli.robot.localiser import Localiser
 from curionav_cli.robot.matcher import Surfaces
 from curionav_cli.robot.occupancy import Occupancy
 from curionav_cli.robot.station import Station
-from curionav_cli.world.env import NavigationEnv, Observation
+from curionav_cli.world.env import NavigationEnv, Observation, told
 from curionav_cli.world.motion import FORWARD, HEADINGS, LEFT, RIGHT, STEP
+from curionav_cli.world.resets import seed_of
 
 STREAM, DOCK_STREAM, START_STREAM = 21, 22, 23  # keep the robot's random streams apart from all others
 TURNS = {LEFT: 2.0 * math.pi / HEADINGS, RIGHT: -2.0 * math.pi / HEADINGS}
@@ -31,8 +32,8 @@ TURNS = {LEFT: 2.0 * math.pi / HEADINGS, RIGHT: -2.0 * math.pi / HEADINGS}
 class RobotEnv(gymnasium.Wrapper):
     """Actions and observations of NavigationEnv. Observations and info["pose"] are those of the true pose.
 
-    info also has estimate (3,), the pose that the robot believes, and after a reset that drove home dock, the
-    report as a dict. A step is truncated when the battery is needed to go home. pictures=False: images and depths
+    info also has estimate (3,), the pose that the robot believes, and after a reset dock, the report of the drive home
+    as a dict or None. A step is truncated when the battery is needed to go home. pictures=False: images and depths
     are zeros, for those who do not look. link: what stands between the docking client and its server.
     """
 
@@ -43,25 +44,28 @@ class RobotEnv(gymnasium.Wrapper):
         super().__init__(env)
         self.profile, self.pictures, self.link = profile, pictures, link
         self._restored: dict[str, Any] | None = None
-        self._seed: int | None = None
+        self._seed = 0
 
     def reset(self, *, seed: int | None = None,
               options: dict[str, Any] | None = None) -> tuple[Observation, dict[str, Any]]:
         """With a seed a life begins at the dock, or goes on where `load` put it; without one: home, and the next."""
-        begins = seed is not None or self._seed is None
+        seed = seed_of(seed)
+        begins = seed is not None or self.env.place.episode < 0
         if begins:
             self._begin(seed or 0)
         dock = self._home() if self._restored or not begins else None
         self._restored = None
         _, info = self.env.reset(seed=seed, options=options)
-        self._episode = info["episode"]
+        self._episode = int(info["episode_index"])
         self.body.enter(self.env.now, self._placed())
         self.localiser.depart(self.env.scene.plan.start)
         self.body.battery.charge()
         self.map = Occupancy()
-        return self._observe(), {**self._info(False), "events": info["events"], "dock": dock}
+        self.env.reward.begin(self.env.now.plan, *self.body.pose[:2])
+        return self._observe(), {**self._info(False), "dock": dock}
 
     def step(self, action: int) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
+        self.env.place.require()
         if action not in (FORWARD, LEFT, RIGHT):
             raise ValueError(f"action {action!r} is none of 0 forward, 1 left, 2 right")
         seconds = self.profile.step
@@ -75,7 +79,8 @@ class RobotEnv(gymnasium.Wrapper):
         scan = self.body.scan()
         self.localiser.feel(sensed, scan)
         self.map.glance(self.localiser.pose, scan)
-        return self._observe(), 0.0, False, self.body.battery.low, self._info(collided)
+        earned = self.env.reward.land(*self.body.pose[:2])
+        return self._observe(), earned, False, self.body.battery.low, self._info(collided)
 
     def save(self, folder: Path) -> None:
         """Write what `load` needs to go on after the episode that was just lived."""
@@ -130,8 +135,7 @@ class RobotEnv(gymnasium.Wrapper):
         return {"image": seen["image"][0], "depth": seen["depth"][0]}
 
     def _info(self, collided: bool) -> dict[str, Any]:
-        return {"pose": np.array(self.body.pose), "estimate": np.array(self.localiser.pose), "collided": collided,
-                "episode": self._episode, "events": ()}
+        return told(self.body.pose, collided, self._episode) | {"estimate": np.array(self.localiser.pose)}
 
 
 BLANK: Observation = {"image": np.zeros((64, 64, 3), np.uint8), "depth": np.zeros((64, 64), np.float32)}

@@ -14,6 +14,7 @@ import numpy as np
 from curionav_cli.world.scene_format import Light, Move
 
 DARKEST = 0.2
+PERIODS = 100_000  # after so many a thing stands at home again and a new stream begins: no episode is far away
 LIGHT_STREAM, MOVE_STREAM = 11, 12  # keep the two random streams of a seed apart
 
 
@@ -37,8 +38,9 @@ def brightness(light: Light, episode: int, seed: int) -> float:
 def place(item: Item, move: Move, number: int, episode: int, seed: int) -> tuple[float, float]:
     """Where a thing stands in this episode: at home at first, then wherever each period puts it."""
     places = [item.home, *((x, y) for x, y in move.to)]
-    periods = episode // move.every
-    draws = np.random.default_rng([seed, MOVE_STREAM, number]).integers(0, len(places) - 1, periods)
+    block, periods = divmod(episode // move.every, PERIODS)
+    stream = [seed, MOVE_STREAM, number, block] if block else [seed, MOVE_STREAM, number]
+    draws = np.random.default_rng(stream).integers(0, len(places) - 1, periods)
     at = 0
     for draw in draws.tolist():
         at = draw + (draw >= at)  # any place but the one it stands in

@@ -1,7 +1,8 @@
-"""The world through gymnasium: perfect motion, RGB and depth, one life of many episodes."""
+"""The world through gymnasium: perfect motion, RGB and depth, one run of many episodes."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -11,34 +12,48 @@ from gymnasium import spaces
 
 from curionav_cli.world import motion
 from curionav_cli.world.render import FAR, SIDE, Renderer
+from curionav_cli.world.resets import Place, check_render_mode, episode_of, seed_of
+from curionav_cli.world.reward import Reward
 from curionav_cli.world.scene import Scene
 
 Observation = dict[str, np.ndarray]
-ACTIONS = spaces.Discrete(3)
-OBSERVATIONS = spaces.Dict({
-    "image": spaces.Box(0, 255, (SIDE, SIDE, 3), np.uint8),
-    "depth": spaces.Box(0.0, FAR, (SIDE, SIDE), np.float32),
-})
+METADATA: dict[str, Any] = {"render_modes": ["rgb_array"], "render_fps": 10}
+
+
+def actions() -> spaces.Discrete:
+    """A space of its own: 0 forward 0.25 m, 1 left 10 degrees, 2 right 10 degrees."""
+    return spaces.Discrete(3)
+
+
+def observations() -> spaces.Dict:
+    """A space of its own: image (64, 64, 3) uint8, depth (64, 64) float32 metres."""
+    return spaces.Dict({"image": spaces.Box(0, 255, (SIDE, SIDE, 3), np.uint8),
+                        "depth": spaces.Box(0.0, FAR, (SIDE, SIDE), np.float32)})
 
 
 class NavigationEnv(gymnasium.Env[Any, Any]):
-    """Actions: 0 forward 0.25 m, 1 left 10 degrees, 2 right 10 degrees. No reward, no end.
+    """Actions: 0 forward 0.25 m, 1 left 10 degrees, 2 right 10 degrees. It never ends by itself.
 
-    Observation: image (64, 64, 3) uint8 RGB, depth (64, 64) float32 metres along the optical axis,
-    at most 10. Info: pose (3,) float64 x y yaw, collided, episode, events (what changed in the world).
-    `reset(seed=s)` starts a life at the scene's start (options={"episode": k}: at its k-th episode), a
-    plain `reset()` goes back to the start for the next episode.
+    Observation: image (64, 64, 3) uint8 RGB, depth (64, 64) float32 metres along the optical axis, at most 10.
+    Info, of one structure in every step: pose (3,) float64 x y yaw, collided () bool, episode_index int64. What changed
+    in the world before this episode (moved objects, light) is `events`, a tuple of dicts.
+    `reset(seed=s)` starts run s at the scene's start (options={"episode": k}: at its k-th episode), a plain `reset()`
+    goes back to the start for the next episode; reset_mode="continue": see resets.Place. reward: none, coverage or
+    count, the last two privileged (reward.Reward).
     """
 
-    metadata = {"render_modes": ["rgb_array"], "render_fps": 10}  # noqa: RUF012 as gymnasium declares it
+    metadata = METADATA
 
-    def __init__(self, scene: Scene, render_mode: str | None = None, engine: str = "numpy"):
+    def __init__(self, scene: Scene, render_mode: str | None = None, engine: str = "numpy", reward: str = "none",
+                 reset_mode: str = "restart"):
+        check_render_mode(render_mode, METADATA["render_modes"])
         self.scene = scene
         self.render_mode = render_mode
-        self.action_space, self.observation_space = spaces.Discrete(3), spaces.Dict(OBSERVATIONS.spaces)
+        self.action_space, self.observation_space = actions(), observations()
+        self.reward = Reward(reward)
+        self.events: tuple[dict[str, Any], ...] = ()
         self._renderer = Renderer(scene, engine)
-        self._life = 0
-        self._episode = -1
+        self.place = Place(reset_mode)
 
     @property
     def engine(self) -> str:
@@ -48,24 +63,24 @@ class NavigationEnv(gymnasium.Env[Any, Any]):
     @property
     def now(self) -> Scene:
         """The scene of this episode: moved objects, light, and what can be reached among them."""
+        self.place.require()
         return self._now
 
     def reset(self, *, seed: int | None = None,
               options: dict[str, Any] | None = None) -> tuple[Observation, dict[str, Any]]:
+        seed, episode = seed_of(seed), episode_of(options)
         super().reset(seed=seed)
-        if seed is not None:
-            self._life, self._episode = seed, -1
-        self._episode = (options or {}).get("episode", self._episode + 1)
-        self._now, events = self.scene.at(self._episode, self._life)
+        self.place.reset(seed, episode)
+        self._now, self.events = self.scene.at(self.place.episode, self.place.seed)
         self._renderer = self._renderer.showing(self._now)
         self._x, self._y, self._heading = *self.scene.plan.start[:2], self.scene.start_heading
         self._seen: tuple[float, float, int] | None = None
-        return self._observe(), self._info(False, events)
+        self.reward.begin(self._now.plan, self._x, self._y)
+        return self._observe(), self._info(False)
 
     def step(self, action: int) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
-        collided = False
+        plan, collided = self.now.plan, False
         if action == motion.FORWARD:
-            plan = self._now.plan
             self._x, self._y, collided = motion.forward(
                 plan.visitable, plan.cell, self._x, self._y, self._heading, self.scene.collision)
         elif action == motion.LEFT:
@@ -74,10 +89,12 @@ class NavigationEnv(gymnasium.Env[Any, Any]):
             self._heading = (self._heading - 1) % motion.HEADINGS
         else:
             raise ValueError(f"action {action!r} is none of 0 forward, 1 left, 2 right")
-        return self._observe(), 0.0, False, False, self._info(collided)
+        earned = self.reward.land(self._x, self._y)
+        return self._observe(), earned, False, False, self._info(collided)
 
     def render(self) -> np.ndarray:
         """The camera image of the current pose, (64, 64, 3) uint8."""
+        self.place.require()
         return self._observe()["image"]
 
     def look(self, x, y, yaw) -> Observation:
@@ -87,6 +104,7 @@ class NavigationEnv(gymnasium.Env[Any, Any]):
 
     def panorama(self, views: int = 4) -> Observation:
         """The view all around: image (views, 64, 64, 3), depth alike, the first as in the observation."""
+        self.place.require()
         image, depth = self._renderer.panorama(self._x, self._y, self._heading, views)
         return {"image": image[0], "depth": depth[0]}
 
@@ -104,6 +122,10 @@ class NavigationEnv(gymnasium.Env[Any, Any]):
         image, depth = self._picture
         return {"image": image.copy(), "depth": depth.copy()}
 
-    def _info(self, collided: bool, events: tuple[dict[str, Any], ...] = ()) -> dict[str, Any]:
-        pose = np.array([self._x, self._y, motion.YAW[self._heading]])
-        return {"pose": pose, "collided": collided, "episode": self._episode, "events": events}
+    def _info(self, collided: bool) -> dict[str, Any]:
+        return told((self._x, self._y, motion.YAW[self._heading]), collided, self.place.episode)
+
+
+def told(pose: Sequence[float], collided: bool, episode: int) -> dict[str, Any]:
+    """An info as every trainer can batch it: arrays and numpy numbers only."""
+    return {"pose": np.array(pose), "collided": np.array(collided, bool), "episode_index": np.int64(episode)}

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from curionav_cli.world.env import NavigationEnv
 
 SCENES = {
     "curionav/SmallRoom-v0": "small_room",
@@ -12,6 +15,7 @@ SCENES = {
     "curionav/LargeLab-v0": "large_lab",
     "curionav/Map-v0": "map",
 }
+STEPS = 500  # of an episode (paper: N); our own loop counts for itself
 
 
 def register() -> None:
@@ -22,14 +26,14 @@ def register() -> None:
     for name, scene in SCENES.items():
         if name not in registry:
             register_one(name, entry_point="curionav_cli.world.registration:make", kwargs={"scene": scene},
-                         vector_entry_point="curionav_cli.world.vector:make")
+                         vector_entry_point="curionav_cli.world.vector:make", max_episode_steps=STEPS)
 
 
-def make(scene: str, render_mode: str | None = None, **settings: Any):
+def make(scene: str, render_mode: str | None = None, reward: str = "none", reset_mode: str = "restart",
+         **settings: Any) -> NavigationEnv:
     """A NavigationEnv on conf/env/<scene>.yaml; settings are keys of that file, as radius=0.2."""
     from curionav_cli.world.env import NavigationEnv
-    from curionav_cli.world.scene import Scene
-    from curionav_cli.world.scene_file import plain
+    from curionav_cli.world.keywords import built
 
-    raw, source = plain(scene, **settings)
-    return NavigationEnv(Scene.from_dict(raw, source), render_mode, raw.get("engine", "numpy"))
+    world, engine = built(make, scene, settings)
+    return NavigationEnv(world, render_mode, engine, reward, reset_mode)

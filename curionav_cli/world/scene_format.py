@@ -5,6 +5,7 @@ Metres and degrees. x points right and y up from the lower-left inner corner of 
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from dataclasses import MISSING, dataclass, fields
 from difflib import get_close_matches
 from typing import Any, TypeVar
@@ -143,11 +144,14 @@ def read(record: type[Record], raw: Any, source: str, where: str) -> Record:
 
 def refuse_unknown(raw: dict[str, Any], known: Any, source: str, where: str) -> None:
     for key in raw:
-        if key in known:
-            continue
-        near = get_close_matches(str(key), list(known), 1)
-        hint = f"Did you mean {near[0]}?" if near else f"It has: {', '.join(known)}."
-        raise SceneError(f"{source}: {where or 'a scene'} has no key {key}. {hint}")
+        if key not in known:
+            raise SceneError(f"{source}: {where or 'a scene'} has no key {key}. {hint(key, known)}")
+
+
+def hint(key: object, known: Collection[str]) -> str:
+    """The name that was meant, or all of them."""
+    near = get_close_matches(str(key), list(known), 1)
+    return f"Did you mean {near[0]}?" if near else f"It has: {', '.join(known)}."
 
 
 def value(raw: Any, kind: str, source: str, where: str) -> Any:

@@ -19,7 +19,7 @@ def live(agent, plan, steps, x=0.55, y=0.55, heading=0, episode=0):
     pose, collided = [(x, y, heading)], False
     agent.begin()
     for _ in range(steps):
-        action = agent.act({}, {"pose": (x, y, heading * np.pi / 18), "collided": collided, "episode": episode})
+        action = agent.act({}, {"pose": (x, y, heading * np.pi / 18), "collided": collided, "episode_index": episode})
         collided = False
         if action == FORWARD:
             x, y, collided = forward(plan.visitable, plan.cell, x, y, heading)

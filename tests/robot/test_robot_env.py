@@ -123,7 +123,7 @@ def test_a_life_that_is_loaded_goes_on_as_if_nothing_had_been(small_room, turtle
     other = RobotEnv(NavigationEnv(small_room), profile, pictures=False)
     other.load(tmp_path)
     _, same = other.reset(seed=5, options={"episode": 1})
-    assert same["dock"] == info["dock"] and info["dock"]["code"] and same["episode"] == 1
+    assert same["dock"] == info["dock"] and info["dock"]["code"] and same["episode_index"] == 1
     assert same["pose"].tolist() == info["pose"].tolist()
     assert live(other, 10) == after
 

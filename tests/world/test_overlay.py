@@ -5,10 +5,10 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-import cv2
 import numpy as np
 import pytest
 import yaml
+from office import write_two_rooms
 
 from curionav_cli.errors import SceneError
 from curionav_cli.records import Pose
@@ -35,15 +35,7 @@ OVERLAY: dict[str, Any] = {
 @pytest.fixture
 def office(tmp_path: Path) -> Path:
     """A map of 6 x 3 m, 10 cm cells: two rooms, a door, and something occupied at TABLE."""
-    image = np.full((30, 60), 254, np.uint8)
-    image[[0, -1]] = image[:, [0, -1]] = 0
-    image[:12, 30:32] = image[20:, 30:32] = 0
-    image[10:16, 20:28] = 0
-    cv2.imwrite(str(tmp_path / "office.png"), image[::-1])
-    (tmp_path / "office.yaml").write_text(
-        "image: office.png\nresolution: 0.1\norigin: [-1, -2, 0]\nnegate: 0\n"
-        "occupied_thresh: 0.65\nfree_thresh: 0.196\n")
-    return tmp_path / "office.yaml"
+    return write_two_rooms(tmp_path)
 
 
 def overlay(office: Path, **changes: Any) -> Path:
@@ -97,8 +89,8 @@ def test_posters_replace_the_guessed_ones(office: Path) -> None:
 def test_things_move_and_the_light_drifts(office: Path) -> None:
     env = NavigationEnv(scene(office, overlay(office)))
     env.reset(seed=0)
-    _, info = env.reset()
-    assert [event["what"] for event in info["events"]] == ["move", "light"]
+    env.reset()
+    assert [event["what"] for event in env.events] == ["move", "light"]
     assert not scene(office, overlay(office), changes=False).changing
 
 

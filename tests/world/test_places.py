@@ -134,16 +134,16 @@ def test_a_life_in_the_lab_changes_with_its_seed_and_is_recorded(places: dict[st
     seen: dict[int, Any] = {}
     for seed in (0, 1, 0):
         env.reset(seed=seed)
-        observation, info = env.reset(options={"episode": 6})
-        moves = [event for event in info["events"] if event["what"] == "move"]
+        observation, _ = env.reset(options={"episode": 6})
+        moves = [event for event in env.events if event["what"] == "move"]
         assert moves and all(event["from"] != event["to"] for event in moves)
-        told = (observation["image"].tobytes(), info["events"])
+        told = (observation["image"].tobytes(), env.events)
         assert seen.setdefault(seed, told) == told
     assert seen[0] != seen[1]
     empty: dict[str, Any] = {"image": np.zeros((1, 64, 64, 3), np.uint8), "action": np.zeros(0, np.int64),
                              "pose": np.zeros((1, 3)), "collided": np.zeros(0, bool)}
-    Episode(**empty, events=info["events"]).save(tmp_path / "episode.npz")
-    assert Episode.load(tmp_path / "episode.npz").events == info["events"]
+    Episode(**empty, events=env.events).save(tmp_path / "episode.npz")
+    assert Episode.load(tmp_path / "episode.npz").events == env.events
 
 
 def test_every_move_begins_where_the_last_one_ended(places: dict[str, Scene]) -> None:

@@ -67,7 +67,7 @@ class CBET(Agent):
 
     def act(self, observation: dict[str, np.ndarray], info: dict[str, Any]) -> int:
         """Sample the policy, and note what its learning will need."""
-        self.episode = info["episode"]
+        self.episode = int(info["episode_index"])
         if len(self.acted.log_policy) % self.hyper.unroll == 0:
             self.acted.memory.append(self.actor.memory())
         log_policy = log_softmax(self.actor.step(observation["image"]).tolist())

@@ -94,7 +94,7 @@ class LBSDreamer(Agent):
         if (self.steps - 1) % self.every:
             return int(self.action)
         if self.dice is None:
-            seed = np.random.default_rng([self.seed, ACTING_STREAM, info["episode"]]).integers(2**62)
+            seed = np.random.default_rng([self.seed, ACTING_STREAM, info["episode_index"]]).integers(2**62)
             self.dice = torch.Generator(self.device).manual_seed(int(seed))
         noise = torch.rand(1, self.hyper.latent_dimension + 1, generator=self.dice, device=self.device)
         found = self.filter(Step(torch.from_numpy(observation["image"]), self.action, *self.state, noise))

@@ -40,7 +40,7 @@ def fingerprint(agent):
 
 def walk(agent, episode):
     agent.begin()
-    return [agent.act({"image": image}, {"episode": 0}) for image in episode.image]
+    return [agent.act({"image": image}, {"episode_index": 0}) for image in episode.image]
 
 
 def test_it_acts_and_learns(agent, replay):
@@ -82,7 +82,7 @@ def test_acting_is_filtering_with_the_same_noise(agent, replay):
         actions, states = [], []
         made.begin()
         for image in episode.image:
-            actions.append(made.act({"image": image}, {"episode": 0}))
+            actions.append(made.act({"image": image}, {"episode_index": 0}))
             states.append(made.state)
     finally:
         torch.rand = torch_rand
@@ -110,7 +110,7 @@ def test_what_acting_draws_depends_on_seed_and_episode_and_on_no_learning(agent,
     walks = []
     for index in (0, 0, 1):
         one.begin()
-        walks.append([one.act({"image": image}, {"episode": index}) for image in store.episode(0).image])
+        walks.append([one.act({"image": image}, {"episode_index": index}) for image in store.episode(0).image])
     assert walks[0] == walks[1] != walks[2]
     before = fingerprint(made)
     walk(made, store.episode(0))

@@ -81,7 +81,7 @@ def walk(agent, replay):
     actions = []
     for episode in (replay.episode(0), replay.episode(1)):
         agent.begin()
-        actions += [agent.act({"image": image}, {"episode": 0}) for image in episode.image]
+        actions += [agent.act({"image": image}, {"episode_index": 0}) for image in episode.image]
     return actions
 
 

@@ -54,7 +54,7 @@ def test_acting_by_graph_is_acting(on_gpu, replay):
         made, walks = on_gpu(compile), [*walks, []]
         for episode in (replay().episode(0), replay().episode(1)):
             made.begin()
-            walks[-1] += [made.act({"image": image}, {"episode": 0}) for image in episode.image]
+            walks[-1] += [made.act({"image": image}, {"episode_index": 0}) for image in episode.image]
     assert walks[0] == walks[1]
 
 
