@@ -38,7 +38,8 @@ def run(request: Request) -> int:
     """The command: its exit code."""
     keys = {word.partition("=")[0] for word in request.overrides}
     chosen = [word for word in CHOSEN["dock"] if word.partition("=")[0] not in keys]
-    return launch(replace(request, overrides=[*chosen, *request.overrides]), work, summary, check)
+    return launch(replace(request, overrides=[*chosen, *request.overrides]), work, summary, check,
+                  "share of requests that end docked")
 
 
 class Homecomings:
@@ -149,7 +150,7 @@ def work(settings: Config, folder: Path) -> dict[str, Any]:
     """One job, as the launchers call it."""
     run = see_through("dock", Homecomings(rooted(settings), folder))
     docked = sum(row["code"] == "docked" for row in run.metrics())
-    return {"coverage": docked / settings.dock.requests}  # what a sweeper that searches maximises: the docked share
+    return {"coverage": docked / settings.dock.requests}  # config.job.OBJECTIVE: the docked share
 
 
 def check(settings: Config) -> None:
@@ -179,5 +180,6 @@ def summary(folder: Path, outcomes: list[Outcome]) -> None:
     show([row for one in counted for row in docking.endings(one.where, one.docks)], docking.FAILURES,
          shown=[heading for heading, _, _ in docking.FAILURES])
     end.print_files(console, folder, [*sorted(f"figures/{path.name}" for path in folder.glob("figures/*.png")),
-                                      "table.md", "results.csv", "endings.csv", "attempts.csv", "metrics.jsonl"])
+                                      "table.md", "results.csv", "endings.csv", "attempts.csv", "metrics.jsonl",
+                                      "optimization_results.yaml"])
     end.print_next(console, [f"curionav resume {shlex.quote(str(folder))} dock.requests=...   (the same, longer)"])
