@@ -76,7 +76,8 @@ def to_go_on(todo: Plan) -> str:
     """What to type, after the queue's own jobs were stopped: they outlive the process that sent them."""
     names = (path.name for path in (todo.folder / QUEUED).glob("*")) if todo.queued else ()
     sent = sorted((name for name in names if name.isdecimal()), key=int)
+    where = shlex.quote(str(todo.folder))
     stop = f"The jobs in the queue still run. To stop them: scancel {' '.join(sent)}\n" if sent else ""
     if todo.engine and not todo.engine.resumable:
-        return f"{stop}This sweeper cannot go on; its runs can, each by: curionav resume {shlex.quote(str(todo.folder))}/..."
-    return f"{stop}To go on: curionav resume {shlex.quote(str(todo.folder))}"
+        return f"{stop}This sweeper cannot go on; its runs can, each by: curionav resume {where}/..."
+    return f"{stop}To go on: curionav resume {where}"

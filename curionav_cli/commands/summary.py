@@ -82,7 +82,8 @@ def show_sweep(root: Path, folders: Sequence[Path], console: Console) -> None:
         if row["state"] != "done":
             console.print(f"{row['state']}: {row['folder']}: {row['error']}", soft_wrap=True, markup=False)
     print_files(console, root, [*made, "table.md", "results.csv", "optimization_results.yaml"])
-    print_next(console, [*to_go_on(root, rows, search), f"curionav compare {shlex.quote(str(root))}   (how sure it is, and report.html)",
+    print_next(console, [*to_go_on(root, rows, search),
+                         f"curionav compare {shlex.quote(str(root))}   (how sure it is, and report.html)",
                          "curionav explore -m agent=lbs_dreamer,random,bounce seed=0,1,2,3,4 launcher=cores",
                          "curionav explore --help   (every setting)"])
 

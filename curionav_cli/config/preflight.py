@@ -20,7 +20,7 @@ from curionav_cli.config.answers import first_line
 from curionav_cli.config.hostile import refuse_callables
 from curionav_cli.config.mistakes import Mistakes
 from curionav_cli.config.schema import Config
-from curionav_cli.config.search import Engine, corners, ends, engine, refuse_fractions
+from curionav_cli.config.search import Engine, corners, ends, engine, foreign, refuse_fractions
 from curionav_cli.config.settings import as_settings
 from curionav_cli.config.sources import MAIN
 from curionav_cli.errors import ConfigError, SceneError
@@ -53,8 +53,9 @@ def plan(hydra: Hydra, words: list[str], multirun: bool, check: Check | None = N
     """Raises ConfigError, or what `check` raises, with what to type instead."""
     mistakes = Mistakes(hydra, words)
     overrides = mistakes.parse(multirun)
-    with mistakes.explained(words):
-        master = hydra.compose_config(MAIN, words, RunMode.MULTIRUN if multirun else RunMode.RUN)
+    own = [word for override, word in zip(overrides, words) if not (multirun and foreign(override))]
+    with mistakes.explained(own):
+        master = hydra.compose_config(MAIN, own, RunMode.MULTIRUN if multirun else RunMode.RUN)
     refuse_callables(master)
     multirun = multirun or master.hydra.mode == RunMode.MULTIRUN
     if not multirun and check is not None:  # without a check nothing runs

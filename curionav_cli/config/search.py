@@ -25,7 +25,7 @@ from hydra.types import HydraContext, RunMode
 from omegaconf import DictConfig, OmegaConf
 
 from curionav_cli.config.answers import NAMES, closest, did_you_mean, in_words, type_of
-from curionav_cli.errors import ConfigError, RunFailed
+from curionav_cli.errors import ConfigError
 
 GRIDS = ("BasicSweeper", "ListSweeper")  # whose jobs are known before the first one runs
 OPTUNA = "hydra_optuna_sweeper"
@@ -62,7 +62,7 @@ class Engine:
 
 
 def defaults() -> None:
-    """What a search with Optuna's sweeper begins with: it maximises, and can be resumed; a failed trial ends nothing."""
+    """What Optuna's sweeper begins with here: it maximises, can be resumed, and a failed trial ends nothing."""
     store = ConfigStore.instance()
     if "optuna.yaml" in store.repo.get("hydra", {}).get("sweeper", {}):
         from hydra_plugins.hydra_optuna_sweeper.config import OptunaSweeperConf
@@ -77,13 +77,16 @@ def engine(config: DictConfig, swept: Sequence[Override]) -> Engine | None:
     _, package, *_, name = sweeper._target_.split(".")
     if name == "BasicSweeper":
         return None
-    space = [one.input_line for one in swept if one.is_sweep_override() or foreign(one)]
+    space = [str(one.input_line) for one in swept if one.is_sweep_override() or foreign(one)]
     if package != OPTUNA:
         return Engine(package, name not in GRIDS, space, resumable=name in GRIDS)
     for key, least, most in (("n_trials", 1, float("inf")), ("n_jobs", 1, float("inf")), ("max_failure_rate", 0, 1)):
         if not least <= sweeper[key] <= most:
             raise ConfigError(f"hydra.sweeper.{key}={sweeper[key]} is " + (
                 f"less than {least}." if sweeper[key] < least else f"more than {most}."))
+    if sweeper.sampler._target_.endswith("GridSampler"):  # it forgets which point a trial that was cut off stands for
+        raise ConfigError("hydra/sweeper/sampler=grid: a grid is what a plain sweep runs, and that can be resumed. "
+                          "Leave out hydra/sweeper.")
     space += [f"{key}={value}" for key, value in (sweeper.search_space or {}).items()]
     if not space:
         raise ConfigError("Nothing is searched. Give a setting values to draw from, such as "
@@ -105,7 +108,7 @@ def direction(told: Any) -> str:
 
 def foreign(override: Override) -> bool:
     """A distribution in the words of a sweeper that we do not know: "uniform(20,60)", quoted."""
-    value = override.value()
+    value = override._value  # value() makes a plain text of it
     return isinstance(value, QuotedString) and value.text.endswith(")") and value.text.split("(")[0].isidentifier()
 
 
@@ -142,7 +145,9 @@ def refuse_fractions(config: DictConfig, override: Override) -> None:
 def run(hydra: Hydra, words: list[str], folder: Path, engine: Engine, task: Any) -> None:
     """Let the sweeper launch `task` again and again, in `folder`, where a search that was begun goes on."""
     os.environ.setdefault("SQLALCHEMY_SILENCE_UBER_WARNING", "1")  # optuna 2.10 is of SQLAlchemy 1.4's time
-    config = hydra.compose_config("config", words, RunMode.MULTIRUN, with_log_configuration=True)
+    own = [word for word in words if word not in engine.space or engine.package == OPTUNA]
+    config = hydra.compose_config("config", own, RunMode.MULTIRUN, with_log_configuration=True)
+    arguments = [*config.hydra.overrides.task, *(word for word in words if word not in own)]
     folder.mkdir(parents=True, exist_ok=True)
     if engine.resumable:
         OmegaConf.save(config, folder / NOTE)
@@ -154,30 +159,24 @@ def run(hydra: Hydra, words: list[str], folder: Path, engine: Engine, task: Any)
     if engine.package == OPTUNA:
         sweeper.sweeper.job_idx, sweeper.sweeper.n_trials = done, max(0, config.hydra.sweeper.n_trials - done)
     with heard(f"hydra_plugins.{engine.package}"):
-        try:
-            sweeper.sweep(arguments=list(config.hydra.overrides.task))
-        except RuntimeError as error:
-            if "Study.stop" not in str(error):
-                raise
-            sweeper.sweeper.n_trials = 0  # the last trial of a grid failed, over which optuna 2.10 stumbles: the best
-            sweeper.sweep(arguments=list(config.hydra.overrides.task))
+        sweeper.sweep(arguments=arguments)
 
 
 def told(config: DictConfig) -> int:
     """How many trials of the search have ended; those that were cut off are put back, to be taken up first.
 
-    Raises ConfigError where the file holds a search in another direction, RunFailed where it cannot be read.
+    Raises ConfigError where the file holds a search in another direction.
     """
     import optuna
 
     optuna.logging.set_verbosity(optuna.logging.WARNING)  # the sweeper says the same, and without colours
     sweeper = config.hydra.sweeper
-    wanted = direction(sweeper.direction)
-    study = optuna.create_study(study_name=sweeper.study_name, storage=sweeper.storage, direction=wanted,
-                                load_if_exists=True)
-    if study.direction.name.lower() != wanted:
-        raise ConfigError(f"{config.hydra.sweep.dir} holds a search with hydra.sweeper.direction="
-                          f"{study.direction.name.lower()}. Go on with that, or name another folder.")
+    try:
+        study = optuna.create_study(study_name=sweeper.study_name, storage=sweeper.storage, load_if_exists=True,
+                                    direction=direction(sweeper.direction))
+    except ValueError as error:
+        raise ConfigError(f"{config.hydra.sweep.dir} holds a search in another direction than hydra.sweeper.direction="
+                          f"{sweeper.direction}. Name another folder.") from error
     waits = optuna.trial.TrialState.WAITING
     cut = [trial for trial in study.trials if not trial.state.is_finished()]
     for trial in cut:

@@ -34,7 +34,7 @@ from curionav_cli.storage.run_folder import RunFolder
 optuna = pytest.importorskip("optuna", reason="needs the extra hpo")
 
 SEARCH = ("hydra/sweeper=optuna", "hydra.sweep.dir=sweep")
-GRID = (*SEARCH, "hydra/sweeper/sampler=grid", "hydra.sweeper.n_jobs=1")
+DRAWN = (*SEARCH, "hydra/sweeper/sampler=random", "hydra.sweeper.sampler.seed=1", "hydra.sweeper.n_trials=6")
 Captured = pytest.CaptureFixture[str]
 
 
@@ -69,28 +69,22 @@ def lived() -> list[str]:
 
 
 def test_a_failed_trial_ends_nothing_and_its_reason_stands_in_its_folder(capsys: Captured) -> None:
-    assert go("seed=13,1,14", *GRID) == 1
-    assert sorted(states().split()) == ["COMPLETE", "FAIL", "FAIL"]
+    assert go("seed=13,1", *DRAWN) == 1
+    assert len(trials()) == 6 and set(states().split()) == {"COMPLETE", "FAIL"}
     said = capsys.readouterr()
+    assert said.out.startswith("optuna searches for the largest coverage (hydra.sweeper.direction=maximize), 6 "
+                               "trials:\n  seed=13,1\n")
     assert "Failed experiment: " in said.out and "Best parameters: {'seed': 1}" in said.out
-    unlucky, = Path("sweep").glob("*_13")
-    assert f"{unlucky.name}: ZeroDivisionError: unlucky\n" in said.err
-    assert RunFolder(unlucky).status == {"state": "failed", "error": "ZeroDivisionError: unlucky"}
-    assert "Traceback" in (unlucky / "explore.log").read_text()
+    for unlucky in Path("sweep").glob("*_13"):
+        assert f"{unlucky.name}: ZeroDivisionError: unlucky\n" in said.err
+        assert RunFolder(unlucky).status == {"state": "failed", "error": "ZeroDivisionError: unlucky"}
+        assert "Traceback" in (unlucky / "explore.log").read_text()
 
 
 def test_a_search_ends_where_more_fail_than_may(capsys: Captured) -> None:
-    with pytest.raises(RunFailed, match=r"could not be run: .*To go on: curionav resume .*sweep"):
-        go("seed=13,14", *GRID, "hydra.sweeper.max_failure_rate=0.5")
-    assert "unlucky" in capsys.readouterr().err + states() or "FAIL" in states()
-
-
-def test_coverage_is_maximised_and_said_to_be(capsys: Captured) -> None:
-    assert go("seed=1,2,3", *GRID, work=covered) == 0
-    said = capsys.readouterr().out
-    assert said.startswith("optuna searches for the largest coverage (hydra.sweeper.direction=maximize), 20 trials:\n"
-                           "  seed=1,2,3\n")
-    assert yaml.safe_load(Path("sweep/optimization_results.yaml").read_text())["best_params"] == {"seed": 3}
+    with pytest.raises(RunFailed, match=r"could not be run: .*To go on: curionav resume sweep"):
+        go("seed=13,14", *DRAWN, "hydra.sweeper.max_failure_rate=0.5")
+    assert states() == "FAIL FAIL" and "0_small_room_random_1" in capsys.readouterr().err
 
 
 def test_an_engine_that_only_minimises_is_told_the_negative() -> None:
@@ -105,44 +99,29 @@ def test_an_engine_that_only_minimises_is_told_the_negative() -> None:
     assert Told(standin.live, -1)(None) == -0.25 and Told(standin.live)(None) == 0.25  # type: ignore[arg-type]
 
 
-@pytest.mark.parametrize("storage", ["hydra.sweeper.n_trials=4", "hydra.sweeper.sampler.seed=7"])
-def test_a_search_goes_on_where_it_was_interrupted(storage: str) -> None:
-    search = ("seed=16,1,2", "hydra.sweeper.n_trials=4", "hydra.sweeper.n_jobs=2", *SEARCH, storage)
-    words = list(dict.fromkeys(search))
-    codes = [go(*words, work=covered) for _ in range(2)]
-    if INTERRUPTED in codes:
-        assert codes == [INTERRUPTED, 0]
-    assert states() == " ".join(["COMPLETE"] * 4)
-    assert lived() == [f"{trial.number}:{trial.params['seed']}" for trial in trials()]
-
-
-def test_what_was_cut_off_is_taken_up_first_with_its_number() -> None:
-    assert go("seed=16,1,2", *GRID, work=covered) == INTERRUPTED
+def test_what_was_cut_off_is_taken_up_first_with_its_number(capsys: Captured) -> None:
+    assert go("seed=16,1", *DRAWN, work=covered) == INTERRUPTED
+    assert "To go on: curionav resume sweep\n" in capsys.readouterr().err
     begun = [(trial.number, trial.params["seed"]) for trial in trials()]
-    assert trials()[-1].state.name == "RUNNING"
-    assert go("seed=16,1,2", *GRID, work=covered) == 0
+    assert "RUNNING" in states()
+    with pytest.raises(ConfigError, match=r"holds a search in another direction"):
+        go("seed=16,1", *DRAWN, "hydra.sweeper.direction=minimize", work=covered)
+    while go("seed=16,1", *DRAWN, work=covered) == INTERRUPTED:
+        pass
     ended = [(trial.number, trial.params["seed"]) for trial in trials()]
-    assert ended[:len(begun)] == begun and sorted(seed for _, seed in ended) == [1, 2, 16]
+    assert ended[:len(begun)] == begun and states() == " ".join(["COMPLETE"] * 6)
     assert lived() == [f"{number}:{seed}" for number, seed in ended]
-    assert go("seed=16,1,2", *GRID, work=covered) == 0, "what is done stays as it is"
-    assert len(trials()) == 3
+    assert yaml.safe_load(Path("sweep/optimization_results.yaml").read_text())["best_params"] == {"seed": 16}
 
 
 def test_a_seeded_sampler_does_not_draw_again_what_it_drew() -> None:
-    words = ("seed=int(interval(0,1000000))", *SEARCH, "hydra/sweeper/sampler=random", "hydra.sweeper.sampler.seed=1")
     for number in (2, 4):
-        assert go(*words, f"hydra.sweeper.n_trials={number}", work=covered) == 0
+        assert go("seed=int(interval(0,1000000))", *DRAWN[:-1], f"hydra.sweeper.n_trials={number}", work=covered) == 0
     assert len({trial.params["seed"] for trial in trials()}) == 4
 
 
-def test_a_search_does_not_turn_around() -> None:
-    assert go("seed=1,2", *GRID, work=covered) == 0
-    with pytest.raises(ConfigError, match="holds a search with hydra.sweeper.direction=maximize"):
-        go("seed=1,2", *GRID, "hydra.sweeper.direction=minimize", work=covered)
-
-
 def test_a_search_without_a_file_says_that_it_cannot_go_on(capsys: Captured) -> None:
-    assert go("seed=16", *GRID, "hydra.sweeper.storage=null", work=covered) == INTERRUPTED
+    assert go("seed=16,16", *DRAWN, "hydra.sweeper.storage=null", work=covered) == INTERRUPTED
     said = capsys.readouterr()
     assert "This sweeper cannot go on; its runs can" in said.err and "To go on" not in said.err
     assert not Path("sweep/multirun.yaml").exists()
@@ -163,7 +142,9 @@ REFUSED = {
     "agent=sticky agent.repeat=interval(0,2)": "agent.repeat: 2.0 is not between 0 and 1",
     "agent=sticky agent.repeat=interval(-1,1)": "agent.repeat: -1.0 is not between 0 and 1",
     "loop.steps=range(0,9)": "loop.steps: 0 is less than 1",
-    "agent=bounce agent.min_turn=interval(1,170) agent.max_turn=120,160": "max_turn: 120.0 is not between 170.0",
+    "agent=bounce agent.min_turn=interval(1,12)": "agent.min_turn: 1.0 is not between 10 and 180",
+    "agent=bounce agent.min_turn=interval(10,170) agent.max_turn=120,160": "max_turn: 120.0 is not between 170.0",
+    "seed=0,1 hydra/sweeper/sampler=grid": "a grid is what a plain sweep runs, and that can be resumed.",
     "agent=random,sticky device=cpu,gpu": "device: 'gpu' is not one of",
     'agent.repeat="uniform(0,1)" agent=sticky seed=1,2': "agent.repeat: '\"uniform(0,1)\"' is not a number",
 }
@@ -232,7 +213,7 @@ def test_the_best_stands_first() -> None:
 
 def test_scancel_is_for_slurm(tmp_path: Path) -> None:
     (tmp_path / ".submitit" / "7").mkdir(parents=True)
-    assert "scancel" not in aftermath.to_go_on(Plan([], True, tmp_path, [[]], beside=True))
+    assert "To stop them" not in aftermath.to_go_on(Plan([], True, tmp_path, [[]], beside=True))
     with opened("explore") as hydra:
         for launcher, queued in (("submitit_local", False), ("submitit_slurm", True)):
             words = ["agent=random", "seed=1,2", f"hydra/launcher={launcher}"]
