@@ -8,7 +8,7 @@ from pathlib import Path
 
 from curionav_cli.config.job import Outcome
 from curionav_cli.config.preflight import Plan
-from curionav_cli.errors import RunFolderError
+from curionav_cli.errors import RunFailed, RunFolderError
 from curionav_cli.results.runs import job_number
 from curionav_cli.storage.run_folder import RunFolder
 
@@ -56,6 +56,8 @@ def why(error: BaseException, kills: int) -> str:
     if isinstance(error.__cause__, OSError):  # Hydra cannot open the run's log
         error = error.__cause__
     text = " ".join(str(error).split())
+    if isinstance(error, RunFailed):  # of a search: more trials failed than may
+        return text
     if type(error).__name__ != "TerminatedWorkerError":
         return f"{type(error).__name__}: {text}"
     if memory_kills() > kills:

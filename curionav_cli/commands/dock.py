@@ -24,6 +24,7 @@ from curionav_cli.commands.words import file_name
 from curionav_cli.config.job import Outcome
 from curionav_cli.config.robot_schema import Turtlebot
 from curionav_cli.config.schema import Config
+from curionav_cli.config.search import noted
 from curionav_cli.config.settings import settings_yaml
 from curionav_cli.errors import ConfigError, RunFolderError
 from curionav_cli.records import DockReport
@@ -182,4 +183,5 @@ def summary(folder: Path, outcomes: list[Outcome]) -> None:
     end.print_files(console, folder, [*sorted(f"figures/{path.name}" for path in folder.glob("figures/*.png")),
                                       "table.md", "results.csv", "endings.csv", "attempts.csv", "metrics.jsonl",
                                       "optimization_results.yaml"])
-    end.print_next(console, [f"curionav resume {shlex.quote(str(folder))} dock.requests=...   (the same, longer)"])
+    longer = "hydra.sweeper.n_trials=..." if "n_trials" in noted(folder) else "dock.requests=..."
+    end.print_next(console, [f"curionav resume {shlex.quote(str(folder))} {longer}   (the same, longer)"])

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Callable
-from contextlib import nullcontext
+from contextlib import nullcontext, suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -54,7 +54,8 @@ class Noting:
             return self.work(settings, folder)
         except Exception as error:
             if folder.is_dir() and not (folder / "status.json").exists():
-                RunFolder(folder).set_status(state="failed", error=reason(error))
+                with suppress(OSError):  # on a full disk it stays without
+                    RunFolder(folder).set_status(state="failed", error=reason(error))
             raise
 
 
