@@ -165,8 +165,9 @@ def resume(
     folder: Annotated[Path, typer.Argument(metavar="DIR", help="The folder of a run or a sweep.")],
     changes: Annotated[list[str] | None, typer.Argument(
         metavar="[SETTING=VALUE]...", show_default=False,
-        help="What may change: loop.episodes, loop.iterations or dock.requests, to make it longer than was planned; "
-             "where files and storage are; logger, compile, loop.replay_memory.")] = None,
+        help="What may change: loop.episodes, loop.iterations or dock.requests, of a search hydra.sweeper.n_trials, to "
+             "make it longer than was planned; where files and storage are; logger, compile, "
+             "loop.replay_memory.")] = None,
     failed: Annotated[bool, typer.Option("--failed", help="Of a sweep: run what failed again, too.")] = False,
 ) -> None:
     """Go on with an interrupted run, or with every run of a sweep that was interrupted or never began."""

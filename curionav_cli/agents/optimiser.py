@@ -10,9 +10,10 @@ from torch import Tensor, nn
 
 
 def clip_by_norm(gradients: list[Tensor], limit: float) -> Tensor:
-    """Scale in place to a global norm of at most `limit`; returns the norm before."""
+    """Scale in place to a global norm of at most `limit` (inf: as they are); returns the norm before."""
     norm = torch.linalg.vector_norm(torch.stack(torch._foreach_norm(gradients)))
-    torch._foreach_mul_(gradients, limit / norm.clamp(min=limit))
+    if limit < float("inf"):
+        torch._foreach_mul_(gradients, limit / norm.clamp(min=limit))
     return norm
 
 

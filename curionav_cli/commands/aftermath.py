@@ -8,19 +8,24 @@ from pathlib import Path
 
 from curionav_cli.config.job import Outcome
 from curionav_cli.config.preflight import Plan
-from curionav_cli.errors import RunFolderError
+from curionav_cli.errors import RunFailed, RunFolderError
 from curionav_cli.results.runs import job_number
 from curionav_cli.storage.run_folder import RunFolder
 
 QUEUED = ".submitit"  # where submitit keeps what it sent to a queue: a folder for each array of jobs
 
 
-def note_failures(outcomes: list[Outcome]) -> None:
-    """A run that failed before it had a status gets one: each failure's reason stands in its own folder."""
-    for outcome in outcomes:
-        run = RunFolder(outcome.folder)
-        if outcome.code and outcome.folder.is_dir() and not (outcome.folder / "status.json").exists():
-            run.set_status(state="failed", error=outcome.error)
+def told(folder: Path) -> list[Outcome]:
+    """How the runs of a sweep ended, as their folders say: where a sweeper keeps what its jobs returned."""
+    outcomes = []
+    for file in sorted(folder.glob("*/status.json"), key=lambda file: job_number(file.parent.name)):
+        try:
+            status = RunFolder(file.parent).status
+        except RunFolderError as error:
+            status = {"state": "failed", "error": str(error)}
+        failed = status.get("state") == "failed"
+        outcomes.append(Outcome(file.parent, int(failed), str(status.get("error")) if failed else ""))
+    return outcomes
 
 
 def note_killed(folder: Path, why: str) -> None:
@@ -35,7 +40,9 @@ def note_killed(folder: Path, why: str) -> None:
 
 
 def not_begun(todo: Plan) -> list[str]:
-    """A line for each run of a sweep that left no folder: what is its own among them."""
+    """A line for each run of a sweep that left no folder: what is its own among them; a search does not know."""
+    if todo.engine:
+        return []
     begun = {job_number(run.path.name)[0] for run in RunFolder.inside(todo.folder)} if todo.multirun else {0}
     shared = set.intersection(*map(set, todo.jobs))
     return [f"not begun: {number}: {' '.join(word for word in job if word not in shared) or ' '.join(job)}"
@@ -49,6 +56,8 @@ def why(error: BaseException, kills: int) -> str:
     if isinstance(error.__cause__, OSError):  # Hydra cannot open the run's log
         error = error.__cause__
     text = " ".join(str(error).split())
+    if isinstance(error, RunFailed):  # of a search: more trials failed than may
+        return text
     if type(error).__name__ != "TerminatedWorkerError":
         return f"{type(error).__name__}: {text}"
     if memory_kills() > kills:
@@ -65,8 +74,12 @@ def memory_kills() -> int:
     return sum(int(line.split()[1]) for line in lines if line.startswith("oom_kill "))
 
 
-def to_go_on(folder: Path) -> str:
+def to_go_on(todo: Plan) -> str:
     """What to type, after the queue's own jobs were stopped: they outlive the process that sent them."""
-    sent = sorted((path.name for path in (folder / QUEUED).glob("*") if path.name.isdecimal()), key=int)
+    names = (path.name for path in (todo.folder / QUEUED).glob("*")) if todo.queued else ()
+    sent = sorted((name for name in names if name.isdecimal()), key=int)
+    where = shlex.quote(str(todo.folder))
     stop = f"The jobs in the queue still run. To stop them: scancel {' '.join(sent)}\n" if sent else ""
-    return f"{stop}To go on: curionav resume {shlex.quote(str(folder))}"
+    if todo.engine and not todo.engine.resumable:
+        return f"{stop}This sweeper cannot go on; its runs can, each by: curionav resume {where}/..."
+    return f"{stop}To go on: curionav resume {where}"

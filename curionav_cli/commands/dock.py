@@ -25,6 +25,7 @@ from curionav_cli.commands.words import file_name
 from curionav_cli.config.job import Outcome
 from curionav_cli.config.robot_schema import Turtlebot
 from curionav_cli.config.schema import Config
+from curionav_cli.config.search import noted
 from curionav_cli.config.settings import settings_yaml
 from curionav_cli.errors import ConfigError, RunFolderError
 from curionav_cli.records import DockReport
@@ -39,7 +40,8 @@ def run(request: Request) -> int:
     """The command: its exit code."""
     keys = {word.partition("=")[0] for word in request.overrides}
     chosen = [word for word in CHOSEN["dock"] if word.partition("=")[0] not in keys]
-    return launch(replace(request, overrides=[*chosen, *request.overrides]), work, summary, check)
+    return launch(replace(request, overrides=[*chosen, *request.overrides]), work, summary, check,
+                  "share of requests that end docked")
 
 
 class Homecomings:
@@ -150,7 +152,7 @@ def work(settings: Config, folder: Path) -> dict[str, Any]:
     """One job, as the launchers call it."""
     run = see_through("dock", Homecomings(settings, folder))
     docked = sum(row["code"] == "docked" for row in run.metrics())
-    return {"coverage": docked / settings.dock.requests}  # what a sweeper that searches maximises: the docked share
+    return {"coverage": docked / settings.dock.requests}  # config.job.OBJECTIVE: the docked share
 
 
 def check(settings: Config) -> None:
@@ -180,5 +182,7 @@ def summary(folder: Path, outcomes: list[Outcome]) -> None:
     show([row for one in counted for row in docking.endings(one.where, one.docks)], docking.FAILURES,
          shown=[heading for heading, _, _ in docking.FAILURES])
     end.print_files(console, folder, [*sorted(f"figures/{path.name}" for path in folder.glob("figures/*.png")),
-                                      "table.md", "results.csv", "endings.csv", "attempts.csv", "metrics.jsonl"])
-    end.print_next(console, [f"curionav resume {shlex.quote(str(folder))} dock.requests=...   (the same, longer)"])
+                                      "table.md", "results.csv", "endings.csv", "attempts.csv", "metrics.jsonl",
+                                      "optimization_results.yaml"])
+    longer = "hydra.sweeper.n_trials=..." if "n_trials" in noted(folder) else "dock.requests=..."
+    end.print_next(console, [f"curionav resume {shlex.quote(str(folder))} {longer}   (the same, longer)"])

@@ -18,6 +18,7 @@ from curionav_cli.commands import explore
 from curionav_cli.commands.listing import table
 from curionav_cli.commands.screen import a_console
 from curionav_cli.config.mistakes import Mistakes
+from curionav_cli.config.plugins import broken
 from curionav_cli.config.preflight import compose
 from curionav_cli.config.schema import Config
 from curionav_cli.config.sources import opened
@@ -27,8 +28,8 @@ from curionav_cli.storage.provenance import PACKAGES
 from curionav_cli.storage.run_folder import RunFolder
 
 EXTRAS = {"fast": "numba", "sweep": "hydra-joblib-launcher", "slurm": "hydra-submitit-launcher",
-          "tensorboard": "tensorboard"}
-OK, NOT_THERE, BROKEN = "ok", "not there", "BROKEN"
+          "tensorboard": "tensorboard", "hpo": "hydra-optuna-sweeper"}
+OK, NOT_THERE, LEFT_OUT, BROKEN = "ok", "not there", "left out", "BROKEN"
 SMALL = (  # seconds, and yet acts, learns, saves
     "env=small_room", "agent=lbs_dreamer", "device=cpu", "loop.steps=12", "loop.iterations=4", "loop.episodes=2",
     "agent.batch_size=3", "agent.sequence_length=6", "agent.gru_units=16", "agent.rssm_hidden=16",
@@ -40,7 +41,7 @@ Finding = tuple[str, str, str]  # what, ok or not, more about it
 
 def run() -> int:
     """Print all findings; 1 where something is broken."""
-    findings = [*versions(), *devices(), *launchers(), *folders(), self_test()]
+    findings = [*versions(), *plugins(), *devices(), *launchers(), *folders(), self_test()]
     a_console().print(table((("", "left"), ("", "left"), ("", "left")), findings))
     return int(any(state == BROKEN for _, state, _ in findings))
 
@@ -54,6 +55,12 @@ def versions() -> Iterator[Finding]:
         found = installed(package)
         how = f"the extra {extra}: .venv/bin/pip install -c constraints.txt -e '.[{extra}]'"
         yield package, OK if found else NOT_THERE, found or how
+
+
+def plugins() -> Iterator[Finding]:
+    """Hydra's plugins that cannot be imported: no command of ours needs them."""
+    for package, why in broken().items():
+        yield package, LEFT_OUT, f"a Hydra plugin that cannot be imported: {why}"
 
 
 def installed(package: str) -> str:

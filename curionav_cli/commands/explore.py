@@ -29,7 +29,7 @@ from curionav_cli.storage.run_folder import RunFolder
 
 def run(request: Request) -> int:
     """The command: its exit code."""
-    return launch(request, work, summary, check)
+    return launch(request, work, summary, check, "coverage")
 
 
 def explore(settings: Config, folder: Path, drawn: bool = True) -> RunFolder:
@@ -122,7 +122,7 @@ def draw(run: RunFolder) -> None:
 
 def work(settings: Config, folder: Path) -> dict[str, Any]:
     """One job, as the launchers call it."""
-    return {"coverage": explore(settings, folder).status["coverage"]}  # what a sweeper that searches maximises
+    return {"coverage": explore(settings, folder).status["coverage"]}  # config.job.OBJECTIVE
 
 
 def check(settings: Config) -> None:

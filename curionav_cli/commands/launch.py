@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Callable
+from contextlib import nullcontext, suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -12,11 +13,11 @@ from curionav_cli.commands import aftermath
 from curionav_cli.commands.endings import UNREAD, stoppable
 from curionav_cli.commands.overview import shown
 from curionav_cli.config import launch as hydra_launch
-from curionav_cli.config.job import Job, Outcome, Work
-from curionav_cli.config.preflight import Check, plan
+from curionav_cli.config.job import Outcome, Work, reason
+from curionav_cli.config.preflight import Check, Plan, plan
 from curionav_cli.config.schema import Config
-from curionav_cli.config.sources import opened
-from curionav_cli.errors import RunFailed, RunFolderError, Terminated, Unread
+from curionav_cli.config.sources import Hydra, opened
+from curionav_cli.errors import ConfigError, RunFailed, RunFolderError, Terminated, Unread, UserError
 from curionav_cli.storage.run_folder import RunFolder
 
 INTERRUPTED = 130
@@ -43,6 +44,22 @@ class Request:
 
 
 @dataclass(frozen=True)
+class Noting:
+    """`work`, and a failure before the run had a status gets one: each reason stands in the run's own folder."""
+
+    work: Work
+
+    def __call__(self, settings: Config, folder: Path) -> dict[str, Any]:
+        try:
+            return self.work(settings, folder)
+        except Exception as error:
+            if folder.is_dir() and not (folder / "status.json").exists():
+                with suppress(OSError):  # on a full disk it stays without
+                    RunFolder(folder).set_status(state="failed", error=reason(error))
+            raise
+
+
+@dataclass(frozen=True)
 class Sparing:
     """`work` for all runs but those that have failed before."""
 
@@ -62,12 +79,13 @@ def state(run: RunFolder) -> str:
         return "broken"
 
 
-def launch(request: Request, work: Work, summary: Summary, check: Check | None = None) -> int:
+def launch(request: Request, work: Work, summary: Summary, check: Check | None = None, objective: str = "") -> int:
     """The exit code. Raises UserError for what the pre-flight finds.
 
     work(settings, folder): lives one run in its folder, returns what its table row needs.
     check(settings): raises UserError for what the schema cannot see; called for each job beforehand.
     summary(folder, outcomes): the last lines; called after failures and interruptions too.
+    objective: what work's "coverage" is, in words; a command without it cannot be searched.
     """
     shows = request.cfg or request.info
     with opened(request.command, *request.config_dirs) as hydra, stoppable():
@@ -78,30 +96,46 @@ def launch(request: Request, work: Work, summary: Summary, check: Check | None =
             hydra_launch.show_config(hydra, todo, request.cfg, request.package, request.resolve)
         if shows:
             return 0
+        if todo.engine and todo.engine.searches and not objective:
+            raise ConfigError(f"curionav {request.command} has nothing that a search could make larger. "
+                              "Search with curionav explore, or sweep without hydra/sweeper.")
         if not todo.multirun:
             RunFolder(todo.folder).refuse_company()  # before Hydra writes there
-        outcomes, broken, kills = [], None, aftermath.memory_kills()
-        try:
-            with shown(todo):
-                outcomes = hydra_launch.run(hydra, todo, Job(Sparing(work) if request.spare_failed else work))
-        except Terminated:
-            raise Terminated(f"Stopped by SIGTERM. {aftermath.to_go_on(todo.folder)}") from None
-        except Unread:
-            aftermath.note_killed(todo.folder, UNREAD)
-            raise
-        except (Exception, KeyboardInterrupt) as error:  # a job reports its own: this is the launcher, or the folder
-            broken = error
-            aftermath.note_killed(todo.folder, aftermath.why(error, kills))
-        aftermath.note_failures(outcomes)
-        summary(todo.folder, outcomes)
-        for line in aftermath.not_begun(todo) if broken else ():
-            print(line)
+        with RunFolder(todo.folder).alone() if todo.engine else nullcontext():
+            return carried_out(hydra, todo, request, Noting(Sparing(work) if request.spare_failed else work), summary,
+                               objective)
+
+
+def carried_out(hydra: Hydra, todo: Plan, request: Request, work: Work, summary: Summary, objective: str) -> int:
+    """Run what is to be done, to its end or to what ends it before; the exit code."""
+    outcomes, broken, kills = [], None, aftermath.memory_kills()
+    if todo.engine and todo.engine.searches:
+        print(todo.engine.about(objective), flush=True)
+    try:
+        with shown(todo):
+            outcomes = hydra_launch.run(hydra, todo, work)
+    except Terminated:
+        raise Terminated(f"Stopped by SIGTERM. {aftermath.to_go_on(todo)}") from None
+    except Unread:
+        aftermath.note_killed(todo.folder, UNREAD)
+        raise
+    except UserError:
+        raise
+    except (Exception, KeyboardInterrupt) as error:  # a job reports its own: this is the launcher, or the folder
+        broken = error
+        aftermath.note_killed(todo.folder, aftermath.why(error, kills))
+    if todo.engine:
+        outcomes = aftermath.told(todo.folder)
+    summary(todo.folder, outcomes)
+    for line in aftermath.not_begun(todo) if broken else ():
+        print(line)
     if isinstance(broken, KeyboardInterrupt):
-        print(f"Interrupted. {aftermath.to_go_on(todo.folder)}", file=sys.stderr)
+        print(f"Interrupted. {aftermath.to_go_on(todo)}", file=sys.stderr)
         return INTERRUPTED
     if broken:
+        report(request, outcomes, swept=True)
         raise RunFailed(f"{todo.folder} could not be run: {aftermath.why(broken, kills)}. "
-                        f"{aftermath.to_go_on(todo.folder)}") from broken
+                        f"{aftermath.to_go_on(todo)}") from broken
     return report(request, outcomes, swept=todo.multirun)
 
 

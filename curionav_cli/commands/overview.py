@@ -112,7 +112,7 @@ def shown(todo: Plan) -> Iterator[None]:
         yield
         return
     console, over = Console(), threading.Event()
-    overview = Overview(todo.folder, len(todo.jobs))
+    overview = Overview(todo.folder, (todo.engine.trials or 0) if todo.engine else len(todo.jobs))
     drawn = Live(console=console, auto_refresh=False, transient=True) if sys.stdout.isatty() else nullcontext()
     with drawn as live:
         watch = threading.Thread(target=keep_looking, args=(overview, over, live), daemon=True)

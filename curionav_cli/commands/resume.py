@@ -17,6 +17,7 @@ from curionav_cli.commands import dock, explore, train
 from curionav_cli.commands.launch import INTERRUPTED, Request, state
 from curionav_cli.config.preflight import pin
 from curionav_cli.config.schema import Remote
+from curionav_cli.config.search import NOTE, noted
 from curionav_cli.config.settings import read_settings
 from curionav_cli.errors import ConfigError, RunFailed, RunFolderError, SceneError, Terminated, UserError
 from curionav_cli.files import place, read_json
@@ -25,6 +26,7 @@ from curionav_cli.storage.run_folder import RunFolder
 # A run may be longer than planned, files may move, machines differ in memory, and CUDA graphs may fail.
 ANY = ("env.map", "env.overlay", "loop.replay_memory", "compile", "logger")
 BEGUN = Path(".hydra", "hydra.yaml")  # Hydra writes it first of all
+LONGER = "hydra.sweeper.n_trials"  # of a search, whose runs stay as long as they are: they are compared
 PINNED = ("hydra.sweep.dir", "hydra.run.dir", "hydra.mode")
 MET = ("storage", *(f"remote.{field.name}" for field in fields(Remote)))  # where robot and server meet
 MAY_CHANGE = {"explore": ("loop.episodes", *ANY, *MET), "train": ("loop.iterations", "data", *ANY, *MET),
@@ -39,10 +41,13 @@ def run(folder: Path, changes: list[str], failed: bool = False) -> int:
     Raises UserError before anything is written, RunFailed where the run cannot go on.
     """
     folder = place(folder)
-    if (folder / "multirun.yaml").is_file():
+    if (folder / NOTE).is_file():
+        if failed and "n_trials" in noted(folder):
+            raise ConfigError("A search is told once how each trial ended, so what failed is not run again. "
+                              f"For more trials: curionav resume {folder} {LONGER}={2 * noted(folder)['n_trials']}")
         if failed and all(state(RunFolder(told.parent)) != "failed" for told in folder.glob("*/status.json")):
             print(f"No run in {folder} has failed.")
-        return again(folder / "multirun.yaml", folder.resolve(), changes, multirun=True, failed=failed)
+        return again(folder / NOTE, folder.resolve(), changes, multirun=True, failed=failed)
     if (folder / BEGUN).is_file() and not any((folder / name).is_file() for name in ("config.yaml", "metrics.jsonl")):
         return again(folder / BEGUN, folder.resolve(), changes, multirun=False, failed=True)
     one = RunFolder.existing(folder)
@@ -75,9 +80,9 @@ def began_by(about: Path) -> str:
     return command
 
 
-def refuse_others(command: str, changes: list[str]) -> None:
-    """Raises ConfigError for a change that a run of this command cannot go on with."""
-    may = MAY_CHANGE[command]
+def refuse_others(command: str, changes: list[str], searched: bool = False) -> None:
+    """Raises ConfigError for a change that a run of this command cannot go on with, nor a search of them."""
+    may = (LONGER, *MAY_CHANGE[command][1:]) if searched else MAY_CHANGE[command]
     for key in (change.partition("=")[0] for change in changes):
         if key not in may:
             raise ConfigError(f"A run goes on with the settings it began with; only {', '.join(may)} may "
@@ -90,18 +95,18 @@ def again(note: Path, folder: Path, changes: list[str], multirun: bool, failed: 
     Of a sweep what is done returns at once, and what never began begins; a run was killed before it had begun.
     """
     try:
-        noted = yaml.safe_load(note.read_text())["hydra"]
-        overrides, where = noted["overrides"], Path(noted["runtime"]["cwd"])
-        command = noted["job"]["name"]
+        hydra = yaml.safe_load(note.read_text())["hydra"]
+        overrides, where = hydra["overrides"], Path(hydra["runtime"]["cwd"])
+        command, searched = hydra["job"]["name"], "n_trials" in hydra["sweeper"]
         module: Any = COMMANDS[command]
-        own = [Path(source["path"]) for source in noted["runtime"]["config_sources"] if source["provider"] == "user"]
+        own = [Path(source["path"]) for source in hydra["runtime"]["config_sources"] if source["provider"] == "user"]
     except (yaml.YAMLError, KeyError, TypeError) as error:
         raise RunFolderError(f"{note} does not hold what was typed ({error}).") from error
-    refuse_others(command, changes)
+    refuse_others(command, changes, searched)
     keys = {change.partition("=")[0] for change in changes}
     words = [word for word in overrides["task"] if word.partition("=")[0] not in keys]
-    hydra = [word for word in overrides["hydra"] if word.partition("=")[0] not in PINNED]
-    request = Request(command, [*words, *changes, *hydra, pin(folder, multirun)], multirun,
+    kept = [word for word in overrides["hydra"] if word.partition("=")[0] not in {*PINNED, *keys}]
+    request = Request(command, [*words, *changes, *kept, pin(folder, multirun)], multirun,
                       config_dirs=tuple(own), spare_failed=not failed)
     with chdir(where if where.is_dir() else folder):
         return module.run(request)

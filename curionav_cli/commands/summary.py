@@ -15,6 +15,7 @@ from rich.text import Text
 
 from curionav_cli.commands.screen import a_console
 from curionav_cli.commands.words import file_name
+from curionav_cli.config.search import NOTE, noted
 from curionav_cli.errors import UserError
 from curionav_cli.files import write_whole
 from curionav_cli.results import plots, tables
@@ -62,6 +63,9 @@ def show_sweep(root: Path, folders: Sequence[Path], console: Console) -> None:
         except UserError as error:
             rows.append(failed_row(folder, error))
     tell_apart(runs)
+    search = noted(root)
+    if towards := search.get("direction"):  # of a search: the best first
+        rows.sort(key=lambda row: best_first(row, towards))
     names = {str(run.folder.path): {"env": run.env, "agent": run.agent} for run in runs}
     rows = [{**row, **names.get(row["folder"], {})} for row in rows]
     made = draw(root, runs)
@@ -73,15 +77,30 @@ def show_sweep(root: Path, folders: Sequence[Path], console: Console) -> None:
     for row in rows:
         if row["state"] != "done":
             console.print(f"{row['state']}: {row['folder']}: {row['error']}", soft_wrap=True, markup=False)
-    print_files(console, root, [*made, "table.md", "results.csv"])
-    on = f"curionav resume {shlex.quote(str(root))}"
-    states = {row["state"] for row in rows}
-    print_next(console, [f"{on} loop.episodes={2 * max(row['episodes'] for row in rows)}   (the same runs, longer)"
-                         if states == {"done"} else
-                         f"{on} --failed   (what failed, once more)" if "failed" in states else on,
+    print_files(console, root, [*made, "table.md", "results.csv", "optimization_results.yaml"])
+    print_next(console, [*to_go_on(root, rows, search),
                          f"curionav compare {shlex.quote(str(root))}   (how sure it is, and report.html)",
                          "curionav explore -m agent=lbs_dreamer,random,bounce seed=0,1,2,3,4 launcher=cores",
                          "curionav explore --help   (every setting)"])
+
+
+def best_first(row: dict[str, Any], direction: str) -> float:
+    """Where a run stands in the table of a search; at its end what has no coverage."""
+    coverage = row.get("coverage")
+    return float("inf") if coverage is None else -coverage if direction == "maximize" else coverage
+
+
+def to_go_on(root: Path, rows: Sequence[dict[str, Any]], search: dict[str, Any]) -> list[str]:
+    """The line that goes on with a sweep, or makes it longer; none for one that did not note how it was begun."""
+    on, states = f"curionav resume {shlex.quote(str(root))}", {row["state"] for row in rows}
+    if not (root / NOTE).is_file():
+        return []
+    if trials := search.get("n_trials"):
+        done = len(rows) >= trials and "interrupted" not in states
+        return [f"{on} hydra.sweeper.n_trials={2 * trials}   (the same search, longer)" if done else on]
+    if states == {"done"}:
+        return [f"{on} loop.episodes={2 * max(row['episodes'] for row in rows)}   (the same runs, longer)"]
+    return [f"{on} --failed   (what failed, once more)" if "failed" in states else on]
 
 
 def failed_row(folder: Path, error: UserError) -> dict[str, Any]:

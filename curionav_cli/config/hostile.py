@@ -23,7 +23,8 @@ NAMES = {  # of folders and files within the run's, and of the run's within the 
     "output_subdir": r"[\w.-]+", "job.name": r"[\w.-]+",
     "sweep.subdir": r"([\w.=,/ -]|\$\{(hydra\.job\.\w+|env\.name|(agent|robot|loop)\.[\w.]+|seed|scale)\})*",
 }
-LOGGING = ("logging.", "colorlog.")
+LOGGING = "logging."
+STORED = r"sqlite:///\$\{hydra\.sweep\.dir\}/[\w.-]+|[\w.-]*"  # of a search: a file in the sweep's folder
 IN_THE_RUN = "${hydra.runtime.output_dir}/"
 
 
@@ -40,12 +41,18 @@ def refuse_callables(config: DictConfig) -> None:
     for key in ("callbacks", "job.env_set"):
         if OmegaConf.select(config.hydra, key):
             raise ConfigError(f"hydra.{key}: a config may not run code or set the environment. Use the shell for it.")
+    if hydra["sweeper"].get("custom_search_space"):
+        raise ConfigError("hydra.sweeper.custom_search_space would be called; a config may not name what is called. "
+                          "Name what is searched: 'agent.gamma=interval(0.9,0.99)'.")
     for key, value in leaves(hydra, "hydra"):
         leaf, logs, text = key.rpartition(".")[2], "_logging." in key, str(value)
         called = {"_target_": not re.fullmatch(TARGETS.get(key, ""), text), "()": logs,
                   "class": logs and not text.startswith(LOGGING)}
         if called.get(leaf) or (text.startswith("ext://") and not text.startswith("ext://sys.std")):
             raise ConfigError(f"{key}: {value} would be called; a config may not name what is called.")
+        if key.startswith("hydra.sweeper.storage") and not re.fullmatch(STORED, text):
+            raise ConfigError(f"{key}: a search is kept in the sweep's folder, sqlite:///${{hydra.sweep.dir}}/..., "
+                              f"not at {value}.")
         if logs and leaf == "filename" and (not text.startswith(IN_THE_RUN) or ".." in text):
             raise ConfigError(f"{key}: a log stands in the run's folder, {IN_THE_RUN}..., not at {value}.")
 

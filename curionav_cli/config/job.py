@@ -1,6 +1,7 @@
 """A task as Hydra's launchers call it, in this process or another: settings in, an outcome out.
 
-It never raises, so that one failed job does not end a sweep; its traceback is in the job's own log.
+It does not raise, so that one failed job does not end a sweep; its traceback is in the job's own log. A sweeper that
+draws its own values is told a number instead, and a failure by an exception, as its kind expects.
 """
 
 from __future__ import annotations
@@ -18,6 +19,7 @@ from curionav_cli.config.schema import Config
 from curionav_cli.config.settings import as_settings
 from curionav_cli.errors import RunFailed, UserError
 
+OBJECTIVE = "coverage"  # in what `work` returns: what a search maximises
 Work = Callable[[Config, Path], dict[str, Any]]
 
 
@@ -30,9 +32,10 @@ class Outcome:
     error: str = ""
     result: dict[str, Any] = field(default_factory=dict)
 
-    def __float__(self) -> float:
-        """What a sweeper that searches maximises: the run's coverage; nan for a failed run."""
-        return float(self.result.get("coverage", "nan"))
+
+def reason(error: Exception) -> str:
+    """One line; of an error that nobody foresaw its kind too."""
+    return str(error) if isinstance(error, UserError | RunFailed) else f"{type(error).__name__}: {error}"
 
 
 @dataclass(frozen=True)
@@ -41,7 +44,11 @@ class Job:
 
     work: Work
 
-    def __call__(self, config: DictConfig) -> Outcome:
+    def __call__(self, config: DictConfig) -> Any:
+        """The outcome."""
+        return self.outcome(config)
+
+    def outcome(self, config: DictConfig) -> Outcome:
         runtime = HydraConfig.get().runtime
         folder = Path(runtime.output_dir)
         log = logging.getLogger("curionav")
@@ -49,7 +56,21 @@ class Job:
             return Outcome(folder, result=self.work(as_settings(config, Path(runtime.cwd)), folder))
         except (UserError, RunFailed) as error:
             log.exception("the run could not go on")
-            return Outcome(folder, 2 if isinstance(error, UserError) else 1, str(error))
+            return Outcome(folder, 2 if isinstance(error, UserError) else 1, reason(error))
         except Exception as error:
             log.exception("the run failed")
-            return Outcome(folder, 1, f"{type(error).__name__}: {error}")
+            return Outcome(folder, 1, reason(error))
+
+
+@dataclass(frozen=True)
+class Trial(Job):
+    """A job of a sweeper that draws its own values. sign: -1 for one that minimises, and is to maximise."""
+
+    sign: int = 1
+
+    def __call__(self, config: DictConfig) -> float:
+        """The run's objective; 0 of a command that has none. Raises RunFailed where the run failed."""
+        outcome = self.outcome(config)
+        if outcome.code:
+            raise RunFailed(f"{outcome.folder.name}: {outcome.error}")
+        return self.sign * float(outcome.result.get(OBJECTIVE, 0))

@@ -3,25 +3,27 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable
-from typing import Any
 
 from hydra._internal.hydra import Hydra
 from hydra.types import RunMode
-from omegaconf import DictConfig, OmegaConf
+from omegaconf import OmegaConf
 
+from curionav_cli.config import search
+from curionav_cli.config.job import Job, Outcome, Trial, Work
 from curionav_cli.config.preflight import Plan
 from curionav_cli.config.sources import MAIN
 from curionav_cli.errors import ConfigError
 
-Task = Callable[[DictConfig], Any]
 
-
-def run(hydra: Hydra, plan: Plan, task: Task) -> list[Any]:
-    """What `task` returned for each job; a sweeper that draws its own values returns nothing."""
+def run(hydra: Hydra, plan: Plan, work: Work) -> list[Outcome]:
+    """How each job ended; of a sweeper that draws its own values, what its folders say stands for it."""
     if not plan.multirun:
-        return [hydra.run(MAIN, task, plan.overrides).return_value]
-    batches = hydra.multirun(MAIN, task, plan.overrides)
+        return [hydra.run(MAIN, Job(work), plan.overrides).return_value]
+    if plan.engine:
+        sign = -1 if plan.engine.package in search.MINIMISES else 1
+        search.run(hydra, plan.overrides, plan.folder, plan.engine, Trial(work, sign))
+        return []
+    batches = hydra.multirun(MAIN, Job(work), plan.overrides)
     return [job.return_value for batch in batches or [] for job in batch]
 
 

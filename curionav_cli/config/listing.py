@@ -69,6 +69,13 @@ def flat(config: DictConfig, words: bool = True) -> Iterator[tuple[str, Any]]:
     yield from leaves({key: value for key, value in container.items() if key not in HIDDEN}, "")
 
 
+def hydra_keys(config: DictConfig) -> list[str]:
+    """hydra.sweeper.n_trials, ...: every key of Hydra's own part."""
+    container = OmegaConf.to_container(config.hydra)
+    assert isinstance(container, dict)
+    return [key for key, _ in leaves(container, "hydra.")]
+
+
 def leaves(container: dict[Any, Any], prefix: str) -> Iterator[tuple[str, Any]]:
     for key, value in container.items():
         if isinstance(value, dict) and value:

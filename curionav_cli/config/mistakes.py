@@ -39,8 +39,12 @@ from curionav_cli.config.answers import (
 from curionav_cli.config.paths import as_text
 from curionav_cli.errors import ConfigError
 
-EXTRAS = {"joblib": "sweep", "submitit_slurm": "slurm", "submitit_local": "slurm"}  # of pyproject.toml
+EXTRAS = {  # of pyproject.toml
+    "hydra/launcher": {"joblib": "sweep", "submitit_slurm": "slurm", "submitit_local": "slurm"},
+    "hydra/sweeper": {"optuna": "hpo"},
+}
 REQUIRED = ("env", "agent", "robot", "scale")
+FOR_SWEEPS = re.compile(r"launcher$|hydra[/.](launcher|sweeper)\b")
 UNREADABLE = (HydraException, OmegaConfBaseException, yaml.YAMLError, ValueError, OSError)
 
 
@@ -98,15 +102,18 @@ class Mistakes:
     def option(self, group: str, choice: object, options: list[str]) -> None:
         if str(choice) in options or (choice in (None, "null") and group not in REQUIRED):
             return
+        if extra := EXTRAS.get(group, {}).get(str(choice)):
+            raise ConfigError(f"{group}={choice} needs the extra {extra}, which is not installed. "
+                              f".venv/bin/pip install -c constraints.txt -e '.[{extra}]'")
         if choice in (None, "null", ""):
             raise ConfigError(f"{group} needs one of its options." + has(group, options))
         guess = did_you_mean(get_close_matches(str(choice), options, n=2))
         raise ConfigError(f"There is no {choice} in the group {group}.{guess}" + has(group, options))
 
-    def refuse_launcher(self, overrides: list[Override]) -> None:
-        """A launcher that a run without -m would not read: it would run here, and at once."""
+    def refuse_sweeps(self, overrides: list[Override]) -> None:
+        """A launcher or a sweeper, which a run without -m would not read: it would run here, and once."""
         for override in overrides:
-            if override.key_or_group in ("launcher", "hydra/launcher") and override.value() is not None:
+            if FOR_SWEEPS.match(override.key_or_group) and override.value() is not None:
                 line = f"{self.command} -m {shlex.join(self.words)}"
                 raise ConfigError(f"{override.input_line} is for sweeps. Add -m: {line}")
 
@@ -143,9 +150,6 @@ class Mistakes:
             yield
         except MissingConfigException as error:
             group, _, choice = str(error.missing_cfg_file).rpartition("/")
-            if group == "hydra/launcher" and choice in EXTRAS:
-                raise ConfigError(f"This launcher needs the extra {EXTRAS[choice]}, which is not installed. "
-                                  f".venv/bin/pip install -c constraints.txt -e '.[{EXTRAS[choice]}]'") from error
             self.option(group, choice, list(error.options or []))
             raise ConfigError(first_line(str(error))) from error
         except yaml.MarkedYAMLError as error:
@@ -158,9 +162,9 @@ class Mistakes:
     def composition(self, job: list[str], error: Exception) -> NoReturn:
         """Every key must be one of the settings; if all are, it is a value that was wrong."""
         base = self.base(job)
-        known = [key for key, _ in listing.flat(base)]
         for override in self.values_of(job):
             key = override.key_or_group
+            known = listing.hydra_keys(base) if key.startswith("hydra.") else [key for key, _ in listing.flat(base)]
             inner = [name for name in known if name.startswith(f"{key}.")]
             if inner:
                 raise ConfigError(f"{key} holds several settings: {', '.join(inner)}.") from error
@@ -183,7 +187,7 @@ class Mistakes:
         typed = {override.key_or_group: override for override in self.values_of(job)}
         expected = in_words(hints.get(leaf))
         if expected:
-            text = typed[key].get_value_element_as_str() if key in typed else getattr(inner, "value", "it")
+            text = str(typed[key].input_line).partition("=")[2] if key in typed else getattr(inner, "value", "it")
             raise ConfigError(f"{where}{key}: {text!r} is not {expected}.") from error
         raise ConfigError(where + "\n".join(str(inner or error).splitlines()[:2])) from error
 
@@ -201,7 +205,7 @@ class Mistakes:
 
     def base(self, job: list[str]) -> DictConfig:
         """What the groups alone compose to: the keys that could have been meant."""
-        values = {override.input_line for override in self.values_of(job)}
+        values = {override.input_line for override in [*self.values_of(job), *self.swept(job)]}
         for words in ([word for word in job if word not in values], []):
             try:
                 return self.hydra.compose_config("config", words, listing.RunMode.RUN)
@@ -216,6 +220,11 @@ class Mistakes:
         """The overrides of keys, without those that choose a group's option."""
         parsed = OverridesParser.create(config_loader=self.hydra.config_loader).parse_overrides(job)
         return [override for override in parsed if not listing.options_of(self.hydra, override.key_or_group)]
+
+    def swept(self, job: list[str]) -> list[Override]:
+        """The overrides with several values, those that choose a group's options too."""
+        parsed = OverridesParser.create(config_loader=self.hydra.config_loader).parse_overrides(job)
+        return [override for override in parsed if override.is_sweep_override()]
 
     def guess(self, key: str, known: list[str]) -> str:
         close = closest(key, [*known, *self.groups])

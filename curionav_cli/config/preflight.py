@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
-from itertools import chain, islice, product
+from itertools import islice, product
 from pathlib import Path
 
 from hydra._internal.hydra import Hydra
@@ -21,6 +21,7 @@ from curionav_cli.config.hostile import refuse_callables
 from curionav_cli.config.mistakes import Mistakes
 from curionav_cli.config.paths import as_typed, quoted
 from curionav_cli.config.schema import Config
+from curionav_cli.config.search import Engine, corners, ends, engine, foreign, refuse_fractions
 from curionav_cli.config.settings import as_settings
 from curionav_cli.config.sources import MAIN
 from curionav_cli.errors import ConfigError, SceneError, UserError
@@ -33,7 +34,8 @@ COMPOSED = 16  # jobs; of a larger sweep each value is still composed once
 class Plan:
     """What will run. overrides: for Hydra, with the folder pinned. jobs: the overrides of each job.
 
-    beside: whether the jobs run in other processes than this one.
+    beside: whether the jobs run in other processes than this one; queued: in those of Slurm.
+    engine: a sweeper that draws its own values; `jobs` are then such as it could draw.
     """
 
     overrides: list[str]
@@ -41,6 +43,8 @@ class Plan:
     folder: Path
     jobs: list[list[str]]
     beside: bool = False
+    queued: bool = False
+    engine: Engine | None = None
 
 
 Check = Callable[[Config], None]
@@ -51,13 +55,16 @@ def plan(hydra: Hydra, words: list[str], multirun: bool, check: Check | None = N
     words = [as_typed(hydra, word) for word in words]
     mistakes = Mistakes(hydra, words)
     overrides = mistakes.parse(multirun)
-    with mistakes.explained(words):
-        master = hydra.compose_config(MAIN, words, RunMode.MULTIRUN if multirun else RunMode.RUN)
+    own = [word for override, word in zip(overrides, words) if not (multirun and foreign(override))]
+    with mistakes.explained(own):
+        master = hydra.compose_config(MAIN, own, RunMode.MULTIRUN if multirun else RunMode.RUN)
     refuse_callables(master)
     multirun = multirun or master.hydra.mode == RunMode.MULTIRUN
     if not multirun and check is not None:  # without a check nothing runs
-        mistakes.refuse_launcher(overrides)
-    jobs = expand(hydra, master, overrides) if multirun else [words]
+        mistakes.refuse_sweeps(overrides)
+    swept = [*declared(hydra, master), *overrides] if multirun else []
+    drawn = engine(master, swept) if multirun else None
+    jobs = expand(master, swept, drawn) if multirun else [words]
     for job in sample(jobs):
         settings, chosen = compose(hydra, mistakes, job)
         if check is not None:
@@ -69,8 +76,9 @@ def plan(hydra: Hydra, words: list[str], multirun: bool, check: Check | None = N
     where = folder_for(folder)
     if master.hydra.launcher.get("n_jobs") == 0:
         raise ConfigError("hydra.launcher.n_jobs=0 runs nothing. It is how many run at once; -1: as many as cores.")
-    beside = multirun and not master.hydra.launcher._target_.endswith("BasicLauncher")
-    return Plan(words + [pin(where, multirun)], multirun, where, jobs, beside)
+    launcher = master.hydra.launcher._target_.rpartition(".")[2] if multirun else "BasicLauncher"
+    return Plan(words + [pin(where, multirun)], multirun, where, jobs, launcher != "BasicLauncher",
+                launcher == "SlurmLauncher", drawn)
 
 
 def compose(hydra: Hydra, mistakes: Mistakes, job: list[str]) -> tuple[Config, str]:
@@ -103,30 +111,37 @@ def stands(hydra: Hydra, mistakes: Mistakes, job: list[str], check: Check) -> bo
     return True
 
 
-def expand(hydra: Hydra, master: DictConfig, overrides: list[Override]) -> list[list[str]]:
-    """The jobs of a sweep, as Hydra's basic sweeper makes them."""
-    params = master.hydra.sweeper.get("params") or {}
+def declared(hydra: Hydra, master: DictConfig) -> list[Override]:
+    """hydra.sweeper.params, as if they had been typed. Raises ConfigError for one that cannot be read."""
     parser = OverridesParser.create(config_loader=hydra.config_loader)
+    params = [f"{key}={value}" for key, value in (master.hydra.sweeper.get("params") or {}).items()]
     try:
-        swept = parser.parse_overrides([f"{key}={value}" for key, value in params.items()])
+        return parser.parse_overrides(params)
     except HydraException as error:
+        if not master.hydra.sweeper._target_.endswith(("BasicSweeper", "OptunaSweeper")):
+            return []  # in words of its own
         raise ConfigError("hydra.sweeper.params: each is a list of values, as in seed: 0,1,2 or seed: range(5). "
                           + first_line(str(error))) from error
-    if master.hydra.sweeper._target_.endswith("BasicSweeper"):
-        for override in overrides:
-            if not values(override):
-                line = override.input_line
-                raise ConfigError(f"{line} needs a sweeper that draws values. Without one: key=1,2,3")
-    axes = {override.get_key_element(): values(override) for override in chain(swept, overrides)}
-    return [list(job) for job in product(*(axis for axis in axes.values() if axis))]
 
 
-def values(override: Override) -> list[str]:
-    """Each 'key=value' of an override; none for an interval, which only a sweeper can draw from."""
+def expand(master: DictConfig, swept: list[Override], drawn: Engine | None) -> list[list[str]]:
+    """The jobs of a sweep, as Hydra's basic sweeper makes them; of one that draws, the ends of what it can draw."""
+    axes = {override.get_key_element(): override for override in swept}
+    for override in axes.values():
+        if drawn:
+            refuse_fractions(master, override)
+        elif override.is_sweep_override() and not override.is_discrete_sweep():
+            raise ConfigError(f"{override.input_line} needs a sweeper that draws values: hydra/sweeper=optuna. "
+                              "Without one: key=1,2,3")
+    values = [ends(override, drawn) if drawn else each(override) for override in axes.values()]
+    kept = [axis for axis in values if axis]
+    return corners(kept) if drawn else [list(job) for job in product(*kept)]
+
+
+def each(override: Override) -> list[str]:
+    """Each 'key=value' of an override."""
     if not override.is_sweep_override():
         return [str(override.input_line)]
-    if not override.is_discrete_sweep():
-        return []
     return [f"{override.get_key_element()}={value}" for value in override.sweep_string_iterator()]
 
 

@@ -24,7 +24,7 @@ from hydra.core.plugins import Plugins
 from hydra.plugins.search_path_plugin import SearchPathPlugin
 from omegaconf import DictConfig, OmegaConf
 
-from curionav_cli.config import agent_schema, cbet_schema, robot_schema, schema
+from curionav_cli.config import agent_schema, cbet_schema, plugins, robot_schema, schema, search
 from curionav_cli.config.bombs import refuse_bomb
 from curionav_cli.config.whole import take_any_spelling
 from curionav_cli.errors import ConfigError
@@ -109,6 +109,8 @@ class UserDirectories(SearchPathPlugin):
 def register(directories: list[Path]) -> None:
     """Tell Hydra about the schema and the user's directories; once more changes nothing."""
     UserDirectories.paths = tuple(directories)
+    plugins.broken()
+    search.defaults()
     Plugins.instance().register(UserDirectories)
     store = ConfigStore.instance()
     store.store(group="schema", name=MAIN, node=writable(schema.Config), package="_global_")

@@ -38,8 +38,8 @@ class Site:
 
     floor (rows, columns) bool: the cells of the building, the only ones that a robot may use.
     origin: of the lower-left corner, in the frame of a ROS map; corner: the same corner in the map's whole image, from
-    which start, dock and lists are measured. Of a ROS map also occupancy (rows, columns) int8, and solid (rows, columns)
-    bool: the cells that it shows as obstacles.
+    which start, dock and lists are measured. Of a ROS map also occupancy (rows, columns) int8, and solid (rows,
+    columns) bool: the cells that it shows as obstacles.
     """
 
     size: tuple[float, float]

@@ -13,6 +13,11 @@ def test_small_gradients_pass_and_large_ones_are_cut_to_the_limit():
     torch.testing.assert_close(torch.cat(large), torch.tensor([60.0, 80.0]))
 
 
+def test_without_a_limit_gradients_stay_as_they_are():
+    gradients = [torch.tensor([300.0]), torch.tensor([400.0])]
+    assert clip_by_norm(gradients, float("inf")) == 500 and torch.cat(gradients).tolist() == [300, 400]
+
+
 def rmsprop(parameters):
     return torch.optim.RMSprop(parameters, lr=0.1, alpha=0.9, eps=1e-3)
 

@@ -38,6 +38,8 @@ CONFIGS = {
     "job_logging: {handlers: {file: {filename: stolen}}}": "a log stands in the run's folder",
     "job_logging: {handlers: {file: {filename: '${hydra.runtime.output_dir}/../stolen'}}}": "a log stands in the run's",
     "hydra_logging: {handlers: {x: {(): os.mkdir}}}": "os.mkdir would be called",
+    "hydra_logging: {formatters: {x: {(): colorlog.ColoredFormatter}}}": "colorlog.ColoredFormatter would be called",
+    "job_logging: {handlers: {file: {class: colorlog.StreamHandler}}}": "colorlog.StreamHandler would be called",
     f"launcher: {{_target_: {SUBMITIT}.os.mkdir}}": "os.mkdir would be called",
     "output_subdir: ../../stolen": "hydra.output_subdir: ../../stolen would be written outside",
     "job: {name: ../stolen}": "hydra.job.name: ../stolen would be written outside",

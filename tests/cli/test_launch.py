@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import logging
-import math
 import os
 from functools import partial
 from itertools import chain, repeat
@@ -16,7 +15,7 @@ from curionav_cli.commands import aftermath
 from curionav_cli.commands.launch import INTERRUPTED, Request, launch
 from curionav_cli.config.agent_schema import Curiosity
 from curionav_cli.config.job import Outcome
-from curionav_cli.config.preflight import plan
+from curionav_cli.config.preflight import Plan, plan
 from curionav_cli.config.schema import Config
 from curionav_cli.config.sources import opened
 from curionav_cli.errors import ConfigError, RunFailed
@@ -137,10 +136,12 @@ def test_what_failed_before_is_spared(told: Told, capsys: Captured) -> None:
 
 
 def test_ctrl_c_names_the_jobs_of_a_queue(tmp_path: Path) -> None:
-    assert aftermath.to_go_on(tmp_path / "a b") == f"To go on: curionav resume '{tmp_path}/a b'"
+    def to_go_on(folder: Path) -> str:
+        return aftermath.to_go_on(Plan([], True, folder, [[]], beside=True, queued=True))
+    assert to_go_on(tmp_path / "a b") == f"To go on: curionav resume '{tmp_path}/a b'"
     for name in ("7", "12", "%j"):
         (tmp_path / ".submitit" / name).mkdir(parents=True)
-    assert "To stop them: scancel 7 12\n" in aftermath.to_go_on(tmp_path)
+    assert "To stop them: scancel 7 12\n" in to_go_on(tmp_path)
 
 
 FAILURES = [
@@ -197,11 +198,6 @@ def test_a_users_directory_reaches_the_workers(told: Told, tmp_path: Path) -> No
     request = Request("explore", words, multirun=True, config_dirs=(Path("own"),))
     assert launch(request, standin.live, told) == 0
     assert all("sticky" in outcome.folder.name for outcome in told.calls[0][1])
-
-
-def test_a_sweeper_that_searches_sees_coverage() -> None:
-    assert float(Outcome(Path("run"), result={"coverage": 0.25})) == 0.25
-    assert math.isnan(float(Outcome(Path("run"), 1, "failed")))
 
 
 def test_logging_is_left_as_it_was(told: Told) -> None:
