@@ -112,7 +112,7 @@ class LBSDreamer:
     imagination_starts: int
     reward_momentum: float
     reward_centring: float
-    curiosity_burn_in: int
+    curiosity_burn_in: int  # 0 as mastering-urlb; leaving steps out is our choice
     precision: Precision
 
     def __post_init__(self) -> None:
