@@ -160,6 +160,9 @@ def _read(reader: Callable[[str], Any], raw: Any, said: str) -> Any:
 def _origin(raw: Any, path: Path) -> Pose:
     if not isinstance(raw, list) or len(raw) not in (2, 3):
         raise MapError(f"{path}: origin must be [x, y, yaw], not {raw!r}.")
+    if str(raw[-1]).lower().strip("+-.") == "nan" and len(raw) == 3:
+        raise MapError(f"{path}: the origin's yaw is {raw[2]}, as map_saver of ROS 1 writes it where it knows none. "
+                       "Write 0.0 in its place.")
     return Pose(*(_number(part, path, "origin") for part in [*raw, "0"][:3]))
 
 

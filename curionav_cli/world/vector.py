@@ -33,7 +33,7 @@ class NavigationVectorEnv(gymnasium.vector.VectorEnv[Any, Any, Any]):
     some worlds back in every mode. reward and reset_mode: as of NavigationEnv.
     """
 
-    metadata: dict[str, Any] = {**METADATA, "autoreset_mode": AutoresetMode.SAME_STEP}  # noqa: RUF012 as gymnasium has it
+    metadata: dict[str, Any] = METADATA | {"autoreset_mode": AutoresetMode.SAME_STEP}
 
     def __init__(self, scene: Scene, num_envs: int = 1, render_mode: str | None = None, engine: str = "numpy",
                  max_episode_steps: int | None = None, autoreset_mode: AutoresetMode | str = AutoresetMode.SAME_STEP,

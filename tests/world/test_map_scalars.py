@@ -113,3 +113,11 @@ def test_forms_of_yaml(tmp_path: Path, form: str) -> None:
 def test_yaml_that_unfolds_is_refused(tmp_path: Path, text: str) -> None:
     with pytest.raises(MapError, match=r"is not YAML, so it is no ROS map|lacks image"):
         read_map(describe(tmp_path, text))
+
+
+@pytest.mark.parametrize("yaw", ["-nan", "nan", ".nan"])
+def test_a_yaw_that_is_not_known_is_answered_with_what_to_write(tmp_path: Path, yaw: str) -> None:
+    file = write_map(tmp_path, BLACK_AND_WHITE)
+    file.write_text(file.read_text().replace("2.0, 0.3]", f"2.0, {yaw}]"))
+    with pytest.raises(MapError, match="Write 0.0 in its place"):
+        read_map(file)
