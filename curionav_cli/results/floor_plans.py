@@ -181,7 +181,8 @@ def located(pose: Pose) -> str:
 def sheet(plan: FloorPlan, title: str) -> Figure:
     """The plan of a world that nobody has explored yet, with all that helps to find one's way in it."""
     if plan.map_origin != ORIGIN:
-        title += f"\nenv.start and env.dock count from its lower left corner, which lies at {located(plan.map_origin)}"
+        title += (f"\nIts lower left corner lies at {located(plan.map_origin)}; "
+                  "env.start and env.dock count from that of the map's image")
     wide, high = figure_size(plan, LONGEST, 4.2)
     lines = wrapped(title, wide)
     margins = STRIP * max(wide, high) + 1.4 + LINE * (1 + lines.count("\n"))

@@ -119,5 +119,5 @@ def test_yaml_that_unfolds_is_refused(tmp_path: Path, text: str) -> None:
 def test_a_yaw_that_is_not_known_is_answered_with_what_to_write(tmp_path: Path, yaw: str) -> None:
     file = write_map(tmp_path, BLACK_AND_WHITE)
     file.write_text(file.read_text().replace("2.0, 0.3]", f"2.0, {yaw}]"))
-    with pytest.raises(MapError, match="Write 0.0 in its place"):
+    with pytest.raises(MapError, match=r"Write 0\.0 in its place"):
         read_map(file)
