@@ -8,6 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from gymnasium.error import ResetNeeded
 from gymnasium.utils.env_checker import check_env
 from test_resume import KILLED
 
@@ -42,6 +43,23 @@ def test_a_wrong_action_is_named(small_room, turtlebot):
     env, _ = a_robot(small_room, turtlebot)
     with pytest.raises(ValueError, match="none of 0 forward"):
         env.step(3)
+
+
+def test_no_step_without_a_reset(small_room, turtlebot):
+    with pytest.raises(ResetNeeded, match=r"call reset\(\) first"):
+        RobotEnv(NavigationEnv(small_room), turtlebot).step(FORWARD)
+
+
+def test_it_tells_and_earns_as_the_world_does(small_room, turtlebot):
+    env = RobotEnv(NavigationEnv(small_room, reward="coverage"), turtlebot, pictures=False)
+    infos, earned = [env.reset(seed=0)[1]], []
+    for _ in range(4):
+        _, reward, _, _, info = env.step(FORWARD)
+        infos.append(info)
+        earned.append(reward)
+    cells = {tuple(map(int, small_room.plan.cells(*info["pose"][:2]))) for info in infos}
+    assert sum(earned) == len(cells) - 1 > 0 and env.get_wrapper_attr("events") == ()
+    assert [info["collided"].dtype for info in infos] == [bool] * 5 and infos[0]["episode_index"].dtype == np.int64
 
 
 def test_a_move_is_cancelled_exactly_when_depth_shows_its_corridor_occupied(large_lab, quiet):
