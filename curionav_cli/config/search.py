@@ -30,7 +30,7 @@ from curionav_cli.errors import ConfigError
 GRIDS = ("BasicSweeper", "ListSweeper")  # whose jobs are known before the first one runs
 OPTUNA = "hydra_optuna_sweeper"
 MINIMISES = ("hydra_orion_sweeper",)  # and cannot do otherwise: these are told the negative
-DIRECTIONS = ("maximize", "minimize")
+DIRECTIONS = {"maximize": "the largest ", "minimize": "the smallest "}
 NOTE = "multirun.yaml"  # what was typed, as Hydra's own sweeper notes it; resume reads it
 STORED = "sqlite:///${hydra.sweep.dir}/search.sqlite"
 
@@ -53,12 +53,14 @@ class Engine:
     def about(self, objective: str) -> str:
         """What is searched for, in which direction and where; printed before the first trial."""
         name = self.package.removeprefix("hydra_").removesuffix("_sweeper")
-        asked = f"hydra.sweeper.direction={self.direction}" if self.direction else "it minimises the negative" \
-            if self.package in MINIMISES else "the direction is its own"
-        least = "the least" if self.direction == "minimize" else "the largest" if asked[0] != "t" else ""
+        aim, asked = "", "the direction is its own"
+        if self.direction:
+            aim, asked = DIRECTIONS[self.direction], f"hydra.sweeper.direction={self.direction}"
+        elif self.package in MINIMISES:
+            aim, asked = DIRECTIONS["maximize"], "it minimises the negative"
         trials = f", {self.trials} trials" if self.trials else ""
-        return "\n".join([f"{name} searches for {least} {objective} ({asked}){trials}:".replace("  ", " "),
-                          *(f"  {line}" for line in self.space)])
+        lines = [f"{name} searches for {aim}{objective} ({asked}){trials}:", *(f"  {line}" for line in self.space)]
+        return "\n".join(lines)
 
 
 def defaults() -> None:

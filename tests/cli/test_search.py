@@ -191,18 +191,18 @@ def test_only_what_has_an_objective_is_searched(cli: Cli) -> None:
 
 
 def test_a_search_by_the_command_and_its_resume(cli: Cli) -> None:
-    words = ("agent=random", "loop.episodes=1", "loop.steps=9", "hydra.sweeper.n_trials=2", *SEARCH)
+    words = ("agent=random", "loop.episodes=1", "loop.steps=9", "hydra.sweeper.n_trials=1", *SEARCH)
     answer = cli("explore", "-m", "seed=int(interval(0,99))", *words)
     assert answer.code == 0, answer.error
     assert "sweep/optimization_results.yaml" in answer.out and "Best parameters: " in answer.out
-    assert "resume sweep hydra.sweeper.n_trials=4   (the same search, longer)" in answer.out
+    assert "resume sweep hydra.sweeper.n_trials=2   (the same search, longer)" in answer.out
     assert "loop.episodes" not in answer.out
     for change in ("loop.episodes=3", "agent.repeat=1"):
         assert "only hydra.sweeper.n_trials, env.map" in cli("resume", "sweep", change).error
     assert "told once" in cli("resume", "sweep", "--failed").error
-    answer = cli("resume", "sweep", "hydra.sweeper.n_trials=3")
-    assert answer.code == 0 and [trial.number for trial in trials()] == [0, 1, 2]
-    assert sorted(path.parent.name[0] for path in Path("sweep").glob("*/run.json")) == ["0", "1", "2"]
+    answer = cli("resume", "sweep", "hydra.sweeper.n_trials=2")
+    assert answer.code == 0 and [trial.number for trial in trials()] == [0, 1]
+    assert sorted(path.parent.name[0] for path in Path("sweep").glob("*/run.json")) == ["0", "1"]
 
 
 def test_the_best_stands_first() -> None:
@@ -241,14 +241,17 @@ def test_the_doctor_reports_it(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 @pytest.mark.slow
+@pytest.mark.timeout(3600)
 def test_twelve_trials_killed_and_resumed(cli: Cli) -> None:
     """Options of scale=cpu, at toy size: SIGKILL in the middle, then resume, as docs/scaling.md says."""
     tiny = [word for word in LEARNER if not word.startswith(("env=", "agent="))]
     line = ["explore", "experiment=search", *tiny, "loop.episodes=2", "hydra.sweep.dir=sweep"]
     with subprocess.Popen([sys.executable, "-m", "curionav_cli", *line]) as process:
-        while process.poll() is None and len(list(Path("sweep").glob("*/checkpoint/*/done"))) < 9:
-            time.sleep(0.05)
-        process.send_signal(signal.SIGKILL)
+        try:
+            while process.poll() is None and len(list(Path("sweep").glob("*/checkpoint"))) < 5:
+                time.sleep(0.05)
+        finally:
+            process.send_signal(signal.SIGKILL)
     assert process.returncode == -signal.SIGKILL and "RUNNING" in states()
     before = [(trial.number, trial.params) for trial in trials() if trial.state.name == "COMPLETE"]
     assert cli("resume", "sweep").code == 0
