@@ -274,8 +274,11 @@ def test_bfloat16_is_what_the_setting_says_and_close_to_float32(agent, replay):
         one.learner.networks.world_model.encoder.register_forward_hook(lambda *call, s=seen: s.append(call[2].dtype))
         learned[precision] = one.learn(replay(), 1, lambda i: None)
         assert seen[0] == getattr(torch, precision)
+    # Beside 2^-8 float32 is exact. Eight layers from frame to logits round three times each (inputs, weights, sums),
+    # independently of each other; a divergence is of second order in what that changes.
+    near = 2 * 2.0**-8 * (3 * 8)**0.5
     for name in ("model_loss", "curiosity_target", "kl"):
-        assert learned["bfloat16"][name] == pytest.approx(learned["float32"][name], rel=0.03)
+        assert learned["bfloat16"][name] == pytest.approx(learned["float32"][name], rel=near)
 
 
 def test_an_action_is_held_and_what_comes_in_between_is_not_seen(agent, replay):
