@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable
 from dataclasses import asdict, replace
 from importlib.util import find_spec
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from curionav_cli.agents.agent import Agent
 from curionav_cli.agents.frontier import Frontier
@@ -16,13 +16,15 @@ from curionav_cli.config.robot_schema import Turtlebot
 from curionav_cli.config.schema import Compile, Config, Device, Logger, Scale
 from curionav_cli.config.sources import AGENTS as SCHEMA
 from curionav_cli.errors import ConfigError
-from curionav_cli.robot.env import RobotEnv
-from curionav_cli.robot.homecoming import Link
 from curionav_cli.world.env import NavigationEnv
 from curionav_cli.world.motion import HEADINGS
 from curionav_cli.world.scene import Scene
 
-World = NavigationEnv | RobotEnv
+if TYPE_CHECKING:
+    from curionav_cli.robot.env import RobotEnv
+    from curionav_cli.robot.homecoming import Link
+
+    World = NavigationEnv | RobotEnv
 
 
 def scene(settings: Config) -> Scene:
@@ -46,6 +48,8 @@ def ideal_env(settings: Config, world: Scene) -> NavigationEnv:
 def robot_env(settings: Config, world: Scene, pictures: bool = True,
               link: Link = lambda server: server) -> RobotEnv:
     """A robot that drifts, drives home and docks; without pictures for agents that do not look."""
+    from curionav_cli.robot.env import RobotEnv  # loaded for robots that dock
+
     return RobotEnv(ideal_env(settings, world), settings.robot, pictures, link)
 
 

@@ -58,7 +58,9 @@ def speeds() -> str:
 
 def about(settings: Config) -> dict[str, Any]:
     """For run.json: the precision of who learns, and how fast this machine's processor multiplies in both."""
+    taken = getattr(settings.agent, "precision", None)
+    if not taken:
+        return {}
     from curionav_cli.agents.arithmetic import rates
 
-    taken = getattr(settings.agent, "precision", None)
-    return {"precision": taken.value, "gflops": rates()._asdict()} if taken else {}
+    return {"precision": taken.value, "gflops": rates()._asdict()}
