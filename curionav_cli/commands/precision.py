@@ -43,11 +43,12 @@ def begun_with(folder: Path) -> Precision | None:
 
 
 def slow(settings: Config) -> bool:
-    """Whether the other precision is clearly faster."""
+    """Whether the other precision is clearly faster on a CPU; nothing is measured on CUDA."""
     from curionav_cli.agents.arithmetic import faster, rates
+    from curionav_cli.agents.device import resolve_device
 
     other = {Precision.float32: Precision.bfloat16, Precision.bfloat16: Precision.float32}
-    return faster(rates(), other[settings.agent.precision])
+    return resolve_device(settings.device.value).type == "cpu" and faster(rates(), other[settings.agent.precision])
 
 
 def speeds() -> str:

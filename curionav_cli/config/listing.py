@@ -6,7 +6,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from enum import Enum
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 from hydra._internal.hydra import Hydra
 from hydra.core.object_type import ObjectType
@@ -28,7 +28,7 @@ def groups(hydra: Hydra) -> dict[str, list[str]]:
 
 def options_of(hydra: Hydra, group: str) -> list[str]:
     """Asked of the repository: the loader's own method copies all configurations first."""
-    return sorted(hydra.config_loader.repository.get_group_options(group, ObjectType.CONFIG))
+    return sorted(cast(Any, hydra.config_loader).repository.get_group_options(group, ObjectType.CONFIG))
 
 
 def note(hydra: Hydra, group: str, option: str) -> str:

@@ -13,7 +13,7 @@ from tiny import LEARNER
 from curionav_cli import build
 from curionav_cli.agents import arithmetic
 from curionav_cli.agents.arithmetic import Rates
-from curionav_cli.commands.explore import explore
+from curionav_cli.commands.explore import Exploration, explore
 from curionav_cli.commands.precision import settled
 from curionav_cli.config.agent_schema import Precision
 from curionav_cli.config.mistakes import Mistakes
@@ -73,10 +73,21 @@ def test_a_named_one_is_obeyed_and_said_to_be_slow(
     assert (f"agent.precision={word} is the slow one" in capsys.readouterr().out) == slow
 
 
-def test_cuda_is_not_measured(settings: Config, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_cuda_is_not_measured(settings: Config, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     monkeypatch.setattr("torch.cuda.is_available", lambda: True)
     monkeypatch.setattr(arithmetic, "rates", lambda: pytest.fail("measured"))
-    assert build.automatic(replace(settings, device=Device.cuda)) is Precision.bfloat16
+    on_gpu = replace(settings, device=Device.cuda)
+    assert build.automatic(on_gpu) is Precision.bfloat16
+    assert settled(named(on_gpu, Precision.float32), tmp_path) == named(on_gpu, Precision.float32)
+
+
+def test_robot_and_server_need_not_choose_alike(settings: Config, machine: Callable[[Rates], None],
+                                                tmp_path: Path) -> None:
+    shared = []
+    for rates in (SLOW, QUICK):
+        machine(rates)
+        shared.append(Exploration(settled(settings, tmp_path), tmp_path).shared)
+    assert shared[0] == shared[1] and shared[0]["agent"]["name"] == "lbs_dreamer"
 
 
 def test_a_run_keeps_its_choice_on_another_machine_which_says_that_it_is_slow(
