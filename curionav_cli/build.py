@@ -4,24 +4,27 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from importlib.util import find_spec
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from curionav_cli.agents.agent import Agent
 from curionav_cli.agents.frontier import Frontier
 from curionav_cli.agents.wanderers import Bounce, Random, Sticky
+from curionav_cli.config.agent_schema import Precision
 from curionav_cli.config.robot_schema import Turtlebot
-from curionav_cli.config.schema import Compile, Config, Device, Logger
+from curionav_cli.config.schema import Compile, Config, Device, Logger, Scale
 from curionav_cli.config.sources import AGENTS as SCHEMA
 from curionav_cli.errors import ConfigError
-from curionav_cli.robot.env import RobotEnv
-from curionav_cli.robot.homecoming import Link
 from curionav_cli.world.env import NavigationEnv
 from curionav_cli.world.motion import HEADINGS
 from curionav_cli.world.scene import Scene
 
-World = NavigationEnv | RobotEnv
+if TYPE_CHECKING:
+    from curionav_cli.robot.env import RobotEnv
+    from curionav_cli.robot.homecoming import Link
+
+    World = NavigationEnv | RobotEnv
 
 
 def scene(settings: Config) -> Scene:
@@ -45,6 +48,8 @@ def ideal_env(settings: Config, world: Scene) -> NavigationEnv:
 def robot_env(settings: Config, world: Scene, pictures: bool = True,
               link: Link = lambda server: server) -> RobotEnv:
     """A robot that drifts, drives home and docks; without pictures for agents that do not look."""
+    from curionav_cli.robot.env import RobotEnv  # loaded for robots that dock
+
     return RobotEnv(ideal_env(settings, world), settings.robot, pictures, link)
 
 
@@ -97,7 +102,25 @@ def bounce(settings: Config, world: Scene) -> Agent:
 def lbs_dreamer(settings: Config, world: Scene) -> Agent:
     from curionav_cli.agents.lbs_dreamer.agent import LBSDreamer  # torch is loaded for those who learn
 
-    return LBSDreamer(settings.agent, settings.seed, settings.device.value, world.plan, settings.compile.value)
+    hyper = with_precision(settings, automatic(settings)).agent
+    return LBSDreamer(hyper, settings.seed, settings.device.value, world.plan, settings.compile.value)
+
+
+def automatic(settings: Config) -> Precision:
+    """What agent.precision=auto is, with these settings on this machine; Precision says by which rule."""
+    if settings.scale is not Scale.paper:
+        return Precision.float32
+    from curionav_cli.agents.arithmetic import quick
+    from curionav_cli.agents.device import resolve_device
+
+    return quick(resolve_device(settings.device.value).type)
+
+
+def with_precision(settings: Config, chosen: Precision) -> Config:
+    """The settings, with what was chosen for agent.precision=auto."""
+    if getattr(settings.agent, "precision", None) is not Precision.auto:
+        return settings
+    return replace(settings, agent=replace(settings.agent, precision=chosen))
 
 
 def cbet(settings: Config, world: Scene) -> Agent:

@@ -16,6 +16,7 @@ from pathlib import Path
 
 from curionav_cli.commands import explore
 from curionav_cli.commands.listing import table
+from curionav_cli.commands.precision import speeds
 from curionav_cli.commands.screen import a_console
 from curionav_cli.config.mistakes import Mistakes
 from curionav_cli.config.plugins import broken
@@ -71,12 +72,16 @@ def installed(package: str) -> str:
 
 
 def devices() -> Iterator[Finding]:
+    from curionav_cli.agents.arithmetic import quick
     from curionav_cli.agents.device import devices as computing
+    from curionav_cli.agents.device import resolve_device
 
     threads = os.environ.get("OMP_NUM_THREADS", "?")
     yield "cores", OK, f"{os.cpu_count()}; a run computes with OMP_NUM_THREADS={threads}"
     for name, about in computing():
         yield name, OK, about
+    paper = quick(resolve_device("auto").type).value
+    yield "agent.precision=auto", OK, f"{paper} at scale=paper, float32 at scale=cpu ({speeds()})"
 
 
 def launchers() -> Iterator[Finding]:

@@ -11,6 +11,7 @@ from curionav_cli.agents.agent import Agent
 from curionav_cli.commands import remote
 from curionav_cli.commands.launch import Request, launch
 from curionav_cli.commands.lifecycle import fixed_settings, see_through
+from curionav_cli.commands.precision import settled
 from curionav_cli.commands.progress import Living, line
 from curionav_cli.commands.recorder import Recorder
 from curionav_cli.config.job import Outcome
@@ -37,7 +38,7 @@ def explore(settings: Config, folder: Path, drawn: bool = True) -> RunFolder:
 
     Raises UserError before anything is written, RunFailed where the run cannot go on.
     """
-    return see_through("explore", Exploration(settings, folder, drawn))
+    return see_through("explore", Exploration(settled(settings, folder), folder, drawn))
 
 
 class Exploration:
@@ -51,6 +52,7 @@ class Exploration:
         self.world = build.scene(settings)
         self.fixed = fixed_settings(settings, self.world.plan, loop=("steps", "iterations"))
         self.shared = {key: value for key, value in self.fixed.items() if key != "robot"}  # with a server
+        self.shared["agent"] = {key: value for key, value in self.fixed["agent"].items() if key != "precision"}
         self.remote = settings.learner is Learner.remote
         if self.remote:
             self.fixed["learner"] = "remote"

@@ -10,6 +10,7 @@ from typing import Any, Protocol
 import yaml
 
 from curionav_cli.agents.agent import Agent
+from curionav_cli.commands import precision
 from curionav_cli.commands.endings import ended, stoppable
 from curionav_cli.commands.progress import say
 from curionav_cli.config.schema import Config
@@ -71,7 +72,7 @@ def see_through(command: str, task: Undertaking) -> RunFolder:
                 go_on(task, agent, found)
             else:
                 about = provenance.about(run.path, command, str(agent.device), task.settings.seed)
-                task.create({**about, "question": task.settings.question})
+                task.create({**about, **precision.about(task.settings), "question": task.settings.question})
             task.work(agent, found[0] if found else 0)
             run.set_status(state="done")
         except BaseException as error:

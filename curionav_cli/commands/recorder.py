@@ -6,8 +6,8 @@ import math
 from pathlib import Path
 from typing import Any
 
+from curionav_cli import build
 from curionav_cli.agents.agent import Agent
-from curionav_cli.build import World
 from curionav_cli.commands.progress import Living, Serving, Studying
 from curionav_cli.geometry import wrapped
 from curionav_cli.records import Episode, Foresight
@@ -46,8 +46,8 @@ class Keeper:
 class Recorder(Keeper):
     """Watches a life (loop.Watcher) and counts its coverage. env: none where it is lived elsewhere."""
 
-    def __init__(self, run: RunFolder, env: World | None, agent: Agent, replay: Replay | None, fixed: dict[str, Any],
-                 logger: Local, coverage: Coverage, report: Living | Serving):
+    def __init__(self, run: RunFolder, env: build.World | None, agent: Agent, replay: Replay | None,
+                 fixed: dict[str, Any], logger: Local, coverage: Coverage, report: Living | Serving):
         super().__init__(run, agent, replay, fixed, logger)
         self.env, self.coverage, self.report = env, coverage, report
 

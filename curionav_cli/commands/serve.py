@@ -15,6 +15,7 @@ from typing import Any
 from curionav_cli.agents.agent import Agent
 from curionav_cli.commands.explore import Exploration, draw
 from curionav_cli.commands.lifecycle import see_through
+from curionav_cli.commands.precision import settled
 from curionav_cli.commands.progress import Serving, say
 from curionav_cli.commands.recorder import Recorder
 from curionav_cli.commands.remote import agree, opened, refuse_denied
@@ -35,7 +36,7 @@ from curionav_cli.storage.trainer import Trainer
 
 def serve(settings: Config, folder: Path) -> RunFolder:
     """Learn in `folder` from what arrives. Raises as train does."""
-    return see_through("train", Service(settings, folder))
+    return see_through("train", Service(settled(settings, folder), folder))
 
 
 class Service(Exploration):

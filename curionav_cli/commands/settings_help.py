@@ -60,8 +60,8 @@ class SettingsCommand(TyperCommand):
 
         with opened(str(self.name)) as hydra:
             chosen = [*CHOSEN.get(str(self.name), ()), *ctx.meta[SETTINGS]]
-            groups, settings = listing.groups(hydra), listing.settings(hydra, chosen)
-            choices = listing.choices(hydra, chosen)
+            groups, config = listing.groups(hydra), listing.composed(hydra, chosen)
+        settings, choices = listing.settings(config), listing.choices(config)
         console = Console()
         console.print(panel("Choices (env=..., agent=...; * is the default)", group_rows(groups, settings)))
         rows = setting_rows(groups, settings, choices)

@@ -18,6 +18,7 @@ from curionav_cli.commands import remote
 from curionav_cli.commands import summary as end
 from curionav_cli.commands.launch import Request, launch
 from curionav_cli.commands.lifecycle import fixed_settings, see_through
+from curionav_cli.commands.precision import settled
 from curionav_cli.commands.progress import Studying, line
 from curionav_cli.commands.recorder import Study
 from curionav_cli.commands.screen import a_console
@@ -47,7 +48,7 @@ def train(settings: Config, folder: Path) -> RunFolder:
 
     Raises UserError before anything is written, RunFailed where the run cannot go on.
     """
-    return see_through("train", Training(settings, folder))
+    return see_through("train", Training(settled(settings, folder), folder))
 
 
 class Training:

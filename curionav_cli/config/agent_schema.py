@@ -47,8 +47,13 @@ class Frontier:
 
 
 class Precision(Enum):
-    """What products and convolutions are computed in."""
+    """What products and convolutions are computed in.
 
+    auto is bfloat16 at scale=paper, on CUDA or on a processor that has it natively and multiplies faster in it; else
+    float32. At scale=cpu it is float32 everywhere: how that learns in bfloat16 was not compared.
+    """
+
+    auto = "auto"
     float32 = "float32"
     bfloat16 = "bfloat16"
 

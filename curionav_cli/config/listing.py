@@ -6,7 +6,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from enum import Enum
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 from hydra._internal.hydra import Hydra
 from hydra.core.object_type import ObjectType
@@ -27,7 +27,8 @@ def groups(hydra: Hydra) -> dict[str, list[str]]:
 
 
 def options_of(hydra: Hydra, group: str) -> list[str]:
-    return sorted(hydra.config_loader.get_group_options(group, ObjectType.CONFIG))
+    """Asked of the repository: the loader's own method copies all configurations first."""
+    return sorted(cast(Any, hydra.config_loader).repository.get_group_options(group, ObjectType.CONFIG))
 
 
 def note(hydra: Hydra, group: str, option: str) -> str:
@@ -41,18 +42,18 @@ def note(hydra: Hydra, group: str, option: str) -> str:
     return ""
 
 
-def settings(hydra: Hydra, overrides: list[str]) -> dict[str, Any]:
-    """Flat key -> value of what these overrides compose to; of the defaults where they do not."""
-    return dict(flat(composed(hydra, overrides)))
+def settings(config: DictConfig) -> dict[str, Any]:
+    """Flat key -> value of what was composed."""
+    return dict(flat(config))
 
 
-def choices(hydra: Hydra, overrides: list[str]) -> dict[str, list[str]]:
+def choices(config: DictConfig) -> dict[str, list[str]]:
     """The settings that are one of a few words -> all of these: agent.view -> [pano, ego]."""
-    found = flat(composed(hydra, overrides), words=False)
-    return {key: list(type(value).__members__) for key, value in found if isinstance(value, Enum)}
+    return {key: list(type(value).__members__) for key, value in flat(config, words=False) if isinstance(value, Enum)}
 
 
 def composed(hydra: Hydra, overrides: list[str]) -> DictConfig:
+    """What these overrides compose to; the defaults where they do not."""
     try:
         return hydra.compose_config(MAIN, overrides, RunMode.RUN)
     except HydraException:

@@ -11,8 +11,6 @@ from __future__ import annotations
 from typing import Any, NamedTuple
 
 import numpy as np
-from scipy.spatial import cKDTree
-from scipy.stats import mannwhitneyu
 
 from curionav_cli.files import read_arrays
 from curionav_cli.records import Foresight
@@ -76,6 +74,8 @@ def distance(pose: np.ndarray, earlier: np.ndarray) -> np.ndarray:
     circle = far / (2 * np.sin(SAME_WAY / 2))
     def place(poses: np.ndarray) -> np.ndarray:
         return np.column_stack([poses[:, :2], circle * np.cos(poses[:, 2]), circle * np.sin(poses[:, 2])])
+    from scipy.spatial import cKDTree  # loaded for those who judge
+
     tree, found = cKDTree(place(earlier)), np.full(len(pose), np.inf)
     for n, near in enumerate(tree.query_ball_point(place(pose), np.hypot(far, far))):
         turned = np.abs((earlier[near, 2] - pose[n, 2] + np.pi) % (2 * np.pi) - np.pi)
@@ -103,6 +103,8 @@ def compared(new: np.ndarray, known: np.ndarray) -> dict[str, float | None]:
     if not len(new) or not len(known):
         return dict.fromkeys(("new", "known", "ratio", "auc"))
     means = float(new.mean()), float(known.mean())
+    from scipy.stats import mannwhitneyu
+
     auc = float(mannwhitneyu(new, known).statistic) / (len(new) * len(known))
     return {"new": means[0], "known": means[1], "ratio": means[0] / means[1] if means[1] > 0 else None, "auc": auc}
 

@@ -43,8 +43,8 @@ def test_everything_is_listed(cli: Cli, monkeypatch: pytest.MonkeyPatch) -> None
     monkeypatch.setattr(doctor, "self_test", lambda: ("self-test", doctor.OK, "fine"))
     answer = cli("doctor")
     assert answer.code == 0, answer.out
-    for name in (*PACKAGES, *doctor.EXTRAS.values(), "device=cpu", "launcher=local", "launcher=cores",
-                 "launcher=slurm", "outputs", "temporary"):
+    for name in (*PACKAGES, *doctor.EXTRAS.values(), "device=cpu", "agent.precision=auto", "launcher=local",
+                 "launcher=cores", "launcher=slurm", "outputs", "temporary"):
         assert name in answer.out
     monkeypatch.setattr(doctor, "installed", lambda package: "")
     answer = cli("doctor")

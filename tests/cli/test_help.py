@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
 from entry import Cli
@@ -20,6 +21,16 @@ def test_nothing_heavy_is_imported_for_help(words: list[str]) -> None:
             f"    print('LOADED', [name for name in {HEAVY} if name in sys.modules])")
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert "LOADED []" in done.stdout
+
+
+def test_who_does_not_learn_needs_no_torch(tmp_path: Path) -> None:
+    """A whole run with its figures, and neither what learners, docking robots nor comparisons need."""
+    unused = ("torch", "scipy.stats", "scipy.sparse.csgraph", "curionav_cli.robot.env")
+    words = ["explore", "agent=random", "loop.episodes=1", "loop.steps=5", f"hydra.run.dir={tmp_path}"]
+    code = (f"import sys\nfrom curionav_cli.app import main\ntry:\n    main({words})\nfinally:\n"
+            f"    print('LOADED', [name for name in {unused} if name in sys.modules])")
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert "LOADED []" in done.stdout and (tmp_path / "figures" / "heatmap.png").is_file()
 
 
 def test_version(cli: Cli) -> None:

@@ -159,6 +159,7 @@ class Learner:
         return torch.rand(shape, generator=self.generator, device=self.device)
 
     def _precision(self) -> AbstractContextManager:
+        assert self.hyper.precision is not agent_schema.Precision.auto, "build.agent chooses"
         if self.hyper.precision is agent_schema.Precision.float32:
             return nullcontext()
         return torch.autocast(self.device.type, torch.bfloat16)

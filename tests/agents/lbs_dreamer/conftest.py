@@ -30,7 +30,7 @@ def one_thread():
 
 @pytest.fixture
 def hyper():
-    """hyper(scale, **changes): the shipped settings of a scale, cpu.yaml laid over paper.yaml."""
+    """hyper(scale, **changes): the shipped settings of a scale, cpu.yaml laid over paper.yaml, in float32."""
     def make(scale="cpu", **changes):
         settings = OmegaConf.merge(OmegaConf.structured(agent_schema.LBSDreamer),
                                    {"name": "lbs_dreamer", "curiosity": "lbs"})
@@ -38,7 +38,7 @@ def hyper():
             layer = OmegaConf.load(SCALES / f"{name}.yaml")
             layer.pop("defaults", None)
             settings = OmegaConf.merge(settings, layer)
-        return OmegaConf.to_object(OmegaConf.merge(settings, changes))
+        return OmegaConf.to_object(OmegaConf.merge(settings, {"precision": "float32"}, changes))
     return make
 
 

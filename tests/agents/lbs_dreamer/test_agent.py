@@ -175,39 +175,47 @@ from curionav_cli.config import agent_schema
 from curionav_cli.records import FloorPlan
 from curionav_cli.storage.replay import Replay
 import json
-folder = Path(sys.argv[1])
 torch.set_num_threads(1)
-numbers = json.loads((folder / "hyper.json").read_text())
-hyper = agent_schema.LBSDreamer(**{**numbers, "precision": agent_schema.Precision(numbers["precision"]),
-                                   "curiosity": agent_schema.Curiosity(numbers["curiosity"])})
-agent = LBSDreamer(hyper, 5, "cpu", FloorPlan.load(folder / "plan"))
-agent.load(folder / "half")
-agent.learn(Replay.open(sorted(folder.glob("*.npz"))), 3, lambda done: None)
-(folder / "end").mkdir()
-agent.save(folder / "end")
+for folder in map(Path, sys.argv[1:]):
+    numbers = json.loads((folder / "hyper.json").read_text())
+    hyper = agent_schema.LBSDreamer(**{**numbers, "precision": agent_schema.Precision(numbers["precision"]),
+                                       "curiosity": agent_schema.Curiosity(numbers["curiosity"])})
+    agent = LBSDreamer(hyper, 5, "cpu", FloorPlan.load(folder / "plan"))
+    agent.load(folder / "half")
+    agent.learn(Replay.open(sorted(folder.glob("*.npz"))), 3, lambda done: None)
+    (folder / "end").mkdir()
+    agent.save(folder / "end")
 """
 
 
-@pytest.mark.parametrize("curiosity", [choice.value for choice in agent_schema.Curiosity])
-def test_a_fresh_process_goes_on_to_the_same_bytes(tiny, replay, a_plan, tmp_path, curiosity):
-    settings, store = tiny(curiosity=curiosity), replay()
-    numbers = {**vars(settings), "precision": settings.precision.value, "curiosity": curiosity}
-    (tmp_path / "hyper.json").write_text(json.dumps(numbers))
-    a_plan().save(tmp_path / "plan")
-    for index, episode in enumerate(map(store.episode, range(len(store)))):
-        episode.save(tmp_path / f"{index}.npz")
+def test_a_fresh_process_goes_on_to_the_same_bytes(tiny, replay, a_plan, tmp_path):
+    """With every curiosity; one process for all of them, since most of its time goes into its imports."""
+    folders = [tmp_path / choice.value for choice in agent_schema.Curiosity]
+    for folder in folders:
+        begin(tiny(curiosity=folder.name), replay(), a_plan(), folder)
+    subprocess.run([sys.executable, "-c", FRESH, *map(str, folders)], check=True)
+    for folder in folders:
+        files = sorted(path.name for path in (folder / "straight").iterdir())
+        assert files == ["rng.json", "training.json", "training.safetensors", "weights.safetensors"]
+        for name in files:
+            same = (folder / "end" / name).read_bytes() == (folder / "straight" / name).read_bytes()
+            assert same, (folder.name, name)
+
+
+def begin(settings, store, plan, folder):
+    """Settings, plan, episodes, and the agent after three updates and after six."""
     for name in ("half", "straight"):
-        (tmp_path / name).mkdir()
-    made = LBSDreamer(settings, 0, "cpu", a_plan())
+        (folder / name).mkdir(parents=True)
+    numbers = {**vars(settings), "precision": settings.precision.value, "curiosity": settings.curiosity.value}
+    (folder / "hyper.json").write_text(json.dumps(numbers))
+    plan.save(folder / "plan")
+    for index, episode in enumerate(map(store.episode, range(len(store)))):
+        episode.save(folder / f"{index}.npz")
+    made = LBSDreamer(settings, 0, "cpu", plan)
     made.learn(store, 3, ignore)
-    made.save(tmp_path / "half")
+    made.save(folder / "half")
     made.learn(store, 3, ignore)
-    made.save(tmp_path / "straight")
-    subprocess.run([sys.executable, "-c", FRESH, str(tmp_path)], check=True)
-    files = sorted(path.name for path in (tmp_path / "straight").iterdir())
-    assert files == ["rng.json", "training.json", "training.safetensors", "weights.safetensors"]
-    for name in files:
-        assert (tmp_path / "end" / name).read_bytes() == (tmp_path / "straight" / name).read_bytes(), name
+    made.save(folder / "straight")
 
 
 def test_weights_of_another_size_are_refused(agent, tmp_path):
@@ -274,8 +282,11 @@ def test_bfloat16_is_what_the_setting_says_and_close_to_float32(agent, replay):
         one.learner.networks.world_model.encoder.register_forward_hook(lambda *call, s=seen: s.append(call[2].dtype))
         learned[precision] = one.learn(replay(), 1, lambda i: None)
         assert seen[0] == getattr(torch, precision)
+    # Beside 2^-8 float32 is exact. Eight layers from frame to logits round three times each (inputs, weights, sums),
+    # independently of each other; a divergence is of second order in what that changes.
+    near = 2 * 2.0**-8 * (3 * 8)**0.5
     for name in ("model_loss", "curiosity_target", "kl"):
-        assert learned["bfloat16"][name] == pytest.approx(learned["float32"][name], rel=0.03)
+        assert learned["bfloat16"][name] == pytest.approx(learned["float32"][name], rel=near)
 
 
 def test_an_action_is_held_and_what_comes_in_between_is_not_seen(agent, replay):

@@ -1,0 +1,74 @@
+"""Which arithmetic this machine is quick at, for agent.precision=auto.
+
+bfloat16 where the processor has instructions for it and multiplies matrices faster in it, or on CUDA; else float32.
+Without such instructions bfloat16 is imitated, at a thirtieth of float32's rate; with AMX it has three times that rate
+(docs/performance.md). MARGIN lies far from both, so that the choice is the same at every run on a machine, busy or not.
+"""
+
+from __future__ import annotations
+
+import time
+from functools import cache
+from pathlib import Path
+from typing import NamedTuple
+
+import torch
+
+from curionav_cli.config.agent_schema import Precision
+
+CPUINFO = Path("/proc/cpuinfo")
+NATIVE = {"amx_bf16", "avx512_bf16", "bf16", "svebf16"}  # as Linux names them: x86 and, the last two, ARM
+SIDES, TIMES = (64, 128, 256, 512, 512, 512), 3  # of the matrices; the first product of a size makes the library ready
+SECONDS = 0.005  # for each of the two
+MARGIN = 1.25
+
+
+class Rates(NamedTuple):
+    """GFLOP/s of a product of two matrices, on as many threads as torch has."""
+
+    float32: float
+    bfloat16: float
+
+
+def quick(device: str) -> Precision:
+    """The arithmetic to choose on `device`, cpu or cuda."""
+    if device == "cuda":
+        return Precision.bfloat16
+    return Precision.bfloat16 if native() and faster(rates(), Precision.bfloat16) else Precision.float32
+
+
+def faster(rates: Rates, precision: Precision) -> bool:
+    """Whether it is clearly the faster of the two."""
+    other = rates.bfloat16 if precision is Precision.float32 else rates.float32
+    return float(getattr(rates, precision.value)) > MARGIN * other
+
+
+def native() -> list[str]:
+    """The processor's instructions for bfloat16; none where the system does not tell."""
+    try:
+        text = CPUINFO.read_text()
+    except OSError:
+        return []
+    flags = [line for line in text.splitlines() if line.lower().startswith(("flags", "features"))]
+    return sorted(NATIVE.intersection(*(line.partition(":")[2].split() for line in flags))) if flags else []
+
+
+@cache
+def rates() -> Rates:
+    """Measured once in a process, in some ten milliseconds."""
+    return Rates(*(rate(getattr(torch, name)) for name in Rates._fields))
+
+
+@torch.no_grad()
+def rate(kind: torch.dtype) -> float:
+    """The best of products that grow until the time is spent: what else the machine does makes only some slower."""
+    best, end = 0.0, time.perf_counter() + SECONDS
+    for side in SIDES:
+        matrix = torch.ones(side, side, dtype=kind)
+        for _ in range(TIMES):
+            began = time.perf_counter()
+            torch.mm(matrix, matrix)
+            best = max(best, 2e-9 * side**3 / (time.perf_counter() - began))
+        if time.perf_counter() > end:
+            break
+    return best
