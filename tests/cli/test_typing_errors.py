@@ -15,7 +15,7 @@ TYPED = {
     "agent.model_lr=fast": ["agent.model_lr: 'fast' is not a number"],
     "agent=random,bounce": ["A list of values needs a sweep. Add -m: curionav explore -m agent=random,"],
     "launcher=cores": ["launcher=cores is for sweeps. Add -m: curionav explore -m launcher=cores"],
-    "hydra.sweeper.params.seed=1": ["hydra.sweeper.params.seed=1 is for sweeps. Add -m:"],
+    "hydra.sweeper.max_batch_size=1": ["hydra.sweeper.max_batch_size=1 is for sweeps. Add -m:"],
     "loop.steps=12:30": ["loop.steps: '12:30' is not a whole number."],
     "=5": ["=5 names no setting. Settings are written as key=value."],
     "seed=range(0,3)": ["A list of values needs a sweep. Add -m:"],
