@@ -21,7 +21,8 @@ class Lattice:
     def __init__(self, free: np.ndarray, goal: np.ndarray, cell: float, turned: float = 0.0):
         self.free, self.goal, self.cell = free, goal, cell
         exact = abs(turned) < EXACT
-        self.cosine, self.sine = (COS, SIN) if exact else (np.cos(YAW + turned), np.sin(YAW + turned))
+        self.cosine: np.ndarray = COS if exact else np.cos(YAW + turned)
+        self.sine: np.ndarray = SIN if exact else np.sin(YAW + turned)
 
     def clear(self, x: float, y: float, heading: int) -> bool:
         """Does a forward move pass through free cells only?"""

@@ -35,6 +35,7 @@ class Mapper(Agent):
         self.steps, self.explored = 0, 0  # since the run began; when nothing was left for the first time
         self.way: list[int] = []
         self.wait = 0
+        self.before: Pose | None = None
 
     def begin(self) -> None:
         self.memory.begin()

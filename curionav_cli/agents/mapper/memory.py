@@ -38,7 +38,8 @@ class Memory:
         self.map, self.radius = Occupancy(cell, reach), radius
         for name in self.GRIDS:
             setattr(self, name, np.zeros(self.map.odds.shape, bool))
-        self._corner, self._free = self.map.corner, None
+        self._corner = self.map.corner
+        self._free: np.ndarray | None = None
         self._entered = (math.inf, math.inf, 0.0)
         self._discs = [disc(limit / cell) for limit in (radius - cell / 2, radius / 2, radius + 2 * cell)]
 
@@ -122,7 +123,8 @@ class Memory:
         self.map = Occupancy.of(arrays, cell, reach)
         for name in self.GRIDS:
             setattr(self, name, arrays[name])
-        self._corner, self._free = self.map.corner, None
+        self._corner = self.map.corner
+        self._free = None
 
 
 def disc(radius: float) -> np.ndarray:
