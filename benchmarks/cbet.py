@@ -21,7 +21,7 @@ from learner_contenders import settings
 from simulator import machine, write
 
 from curionav_cli import build
-from curionav_cli.agents.cbet.life import Life
+from curionav_cli.agents.cbet.transitions import Transitions
 from curionav_cli.agents.cbet.unrolls import cut, together
 from curionav_cli.loop import run_episode
 
@@ -62,8 +62,8 @@ class Pieces:
         self.start = self.env.reset()
         world, _ = timed(lambda: [self.env.step(int(action)) for action in rng.permutation(episode.action)])
         self.start = self.env.reset()
-        life = Life(episode, self.index, self.index % agent.hyper.environments)
-        rewarding, (bonus, _) = timed(lambda: agent.learner.reward.lived(life))
+        life = Transitions(episode, self.index, self.index % agent.hyper.environments)
+        rewarding, (bonus, _) = timed(lambda: agent.learner.reward.episode_bonus(life))
         batch = together(cut(life, agent.acted, bonus, agent.hyper.unroll)[:self.unrolls], agent.device)
         learning, _ = timed(lambda: agent.learner.update(batch))
         self.index += 1

@@ -74,7 +74,7 @@ def miniworld(depth: bool) -> tuple[Step, int]:
 def curionav(scene: str, engine: str, worlds: int, reuse: bool) -> tuple[Step, int]:
     """Ours, RGB and depth. Without reuse, moves that would be cancelled (no new picture) are left out."""
     from curionav_cli.world.registration import make
-    from curionav_cli.world.vector import NavigationVectorEnv
+    from curionav_cli.world.vector_env import NavigationVectorEnv
 
     where = {}
     if scene == "map":

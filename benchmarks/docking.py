@@ -16,8 +16,8 @@ import numpy as np
 from simulator import machine, write
 
 from curionav_cli import build
-from curionav_cli.config.mistakes import Mistakes
-from curionav_cli.config.preflight import compose
+from curionav_cli.config.compose import compose
+from curionav_cli.config.override_errors import OverrideErrors
 from curionav_cli.config.schema import Config
 from curionav_cli.config.sources import opened
 
@@ -27,7 +27,7 @@ ROOMS = ("small_room", "large_lab")
 def settings(room: str, robot: str) -> Config:
     words = [f"env={room}", f"robot={robot}", "agent=bounce"]
     with opened("dock") as hydra:
-        return compose(hydra, Mistakes(hydra, words), words)[0]
+        return compose(hydra, OverrideErrors(hydra, words), words)[0]
 
 
 class Life:

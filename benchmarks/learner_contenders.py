@@ -24,12 +24,12 @@ def batch(hyper: dict[str, Any]) -> tuple[np.ndarray, np.ndarray]:
 
 def settings(overrides: list[str]) -> Any:
     """The shipped settings, composed as the command line does it."""
-    from curionav_cli.config.mistakes import Mistakes
-    from curionav_cli.config.preflight import compose
+    from curionav_cli.config.compose import compose
+    from curionav_cli.config.override_errors import OverrideErrors
     from curionav_cli.config.sources import opened
 
     with opened("benchmark") as hydra:
-        return compose(hydra, Mistakes(hydra, overrides), overrides)[0]
+        return compose(hydra, OverrideErrors(hydra, overrides), overrides)[0]
 
 
 def resident() -> float:

@@ -21,7 +21,7 @@ os.environ |= {"OMP_NUM_THREADS": "1", "OMP_WAIT_POLICY": "PASSIVE"}  # as the c
 from curionav_cli import build
 from curionav_cli.config.settings import read_settings
 from curionav_cli.records import Episode
-from curionav_cli.results import novelty
+from curionav_cli.results.prediction import novelty
 from curionav_cli.storage.replay import Replay
 from curionav_cli.storage.run_folder import RunFolder
 
@@ -42,7 +42,7 @@ def judged(run: RunFolder) -> dict[int, dict[str, float]]:
     earlier, found = np.concatenate([one.pose[::agent.every] for one in known]), {}
     for reads in READS:
         agent.learn(replay, round(reads * frames / batch) - agent.learner.updates, lambda done: None)
-        views = [novelty.judged(agent.foresee(EPISODES + n, one), novelty.distance(one.pose[::agent.every], earlier),
+        views = [novelty.judged(agent.predict(EPISODES + n, one), novelty.distance(one.pose[::agent.every], earlier),
                                 novelty.kinds(one.action, one.collided, agent.every)) for n, one in enumerate(new)]
         found[reads] = novelty.table(novelty.Views(*(np.concatenate(parts, -1) for parts in zip(*views))))[0]
     return found

@@ -21,14 +21,14 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from curionav_cli.agents.agent import Agent
+from curionav_cli.agents.baselines import Bounce, Random, Sticky
 from curionav_cli.agents.frontier import Frontier
-from curionav_cli.agents.wanderers import Bounce, Random, Sticky
 from curionav_cli.loop import run_episode
 from curionav_cli.results import plots
 from curionav_cli.results.coverage import Coverage, Curve
 from curionav_cli.world.env import NavigationEnv
-from curionav_cli.world.scene import Scene
-from curionav_cli.world.scene_file import plain
+from curionav_cli.world.scene.scene import Scene
+from curionav_cli.world.scene.scene_file import plain
 
 ENVIRONMENTS = ("small_room", "apartment_0", "apartment_1", "apartment_2", "large_lab")
 EPISODE = 500

@@ -32,25 +32,25 @@ from curionav_cli import build
 from curionav_cli.config.schema import Config
 from curionav_cli.config.settings import as_settings
 from curionav_cli.config.sources import MAIN, opened
-from curionav_cli.loop import LearnHere, run_episode
+from curionav_cli.loop import LocalLearner, run_episode
 from curionav_cli.records import Episode
+from curionav_cli.remote.inbox import Arrival, Inbox
+from curionav_cli.remote.ledger import Ledger
+from curionav_cli.remote.object_store import ObjectStore
+from curionav_cli.remote.outbox import Outbox
+from curionav_cli.remote.protocol import fingerprint
+from curionav_cli.remote.robot_sync import RobotSync, Time
+from curionav_cli.remote.training_server import TrainingServer
+from curionav_cli.remote.weight_cache import WeightCache
+from curionav_cli.remote.weight_publisher import WeightPublisher
 from curionav_cli.storage import checkpoint
-from curionav_cli.storage.courier import Courier, Time
-from curionav_cli.storage.inbox import Arrival, Inbox
-from curionav_cli.storage.ledger import Ledger
-from curionav_cli.storage.outbox import Outbox
-from curionav_cli.storage.protocol import fingerprint
-from curionav_cli.storage.publisher import Publisher
 from curionav_cli.storage.replay import Replay
-from curionav_cli.storage.shelf import Shelf
-from curionav_cli.storage.store import Store
-from curionav_cli.storage.trainer import Trainer
 
 os.environ |= {"OMP_NUM_THREADS": "1", "OMP_WAIT_POLICY": "PASSIVE"}  # as the command line sets them, before torch
 MARK, BUCKET, LINK = fingerprint({"benchmark": 1}), "bucket", 20e6 / 8  # bytes a second
 EPISODES = 5
 LIFE = 300.0  # seconds of a robot's episode: the paper says approximately 5 minutes for 500 steps
-NOBODY = SimpleNamespace(acted=lambda step: None, learned=lambda i: None, foresaw=lambda index, foresight: None)
+NOBODY = SimpleNamespace(acted=lambda step: None, learned=lambda i: None, predicted=lambda index, foresight: None)
 
 
 def settings(*words: str) -> Config:
@@ -150,15 +150,15 @@ def quietly(pump, source: socket.socket, to: socket.socket) -> None:
         to.close()
 
 
-def store(port: int, prefix: str) -> Store:
+def store(port: int, prefix: str) -> ObjectStore:
     os.environ["AWS_ENDPOINT_URL"] = f"http://127.0.0.1:{port}"
-    return Store.at(f"s3://{BUCKET}/{prefix}", 60)
+    return ObjectStore.at(f"s3://{BUCKET}/{prefix}", 60)
 
 
 class Ends:
     """A robot and a server of the same settings."""
 
-    def __init__(self, chosen: Config, folder: Path, near: Store, far: Store):
+    def __init__(self, chosen: Config, folder: Path, near: ObjectStore, far: ObjectStore):
         self.learning: list[float] = []  # wall seconds of each episode
         self.rounds: list[float] = []  # CPU-seconds of each round of the server
         world = build.scene(chosen)
@@ -166,13 +166,14 @@ class Ends:
         (folder / "episodes").mkdir(parents=True)
         outbox = Outbox(folder / "outbox", MARK, 200, 1.0)
         timing = Time(time.monotonic, self.sleep)
-        self.courier = Courier(near, outbox, Shelf(folder / "weights"), robot.adopt, len(robot.share()),
-                               chosen.remote, timing, print, lambda seq: folder / "episodes" / f"{seq:06d}.npz")
+        self.courier = RobotSync(near, outbox, WeightCache(folder / "weights"), robot.import_weights,
+                                 len(robot.export_weights()),
+                                 chosen.remote, timing, print, lambda seq: folder / "episodes" / f"{seq:06d}.npz")
         ledger = Ledger(folder / "ledger.sqlite")
         inbox = Inbox(far, ledger, folder / "quarantine", settings=MARK, steps=chosen.loop.steps, gap=0,
                       clock=time.monotonic, say=print)
-        learn = LearnHere(server, Replay(every=server.every), chosen.loop.iterations, NOBODY,
-                          lambda index, episode: episode.save(folder / f"{index}.npz"))
+        learn = LocalLearner(server, Replay(every=server.every), chosen.loop.iterations, NOBODY,
+                             lambda index, episode: episode.save(folder / f"{index}.npz"))
 
         def learned(position: int, arrival: Arrival) -> None:
             began = time.perf_counter()
@@ -180,8 +181,8 @@ class Ends:
             self.learning.append(time.perf_counter() - began)
             checkpoint.save(folder / "checkpoint", position + 1, {}, server.save)
 
-        self.trainer = Trainer(inbox, Publisher(far, ledger, MARK, print), learned, server.share, 0, chosen.remote,
-                               timing, print)
+        self.trainer = TrainingServer(inbox, WeightPublisher(far, ledger, MARK, print), learned, server.export_weights,
+                                      0, chosen.remote, timing, print)
 
     def sleep(self, seconds: float) -> None:
         """The robot waits, and the server works."""

@@ -34,7 +34,7 @@ app = typer.Typer(
 
 def complete(ctx: typer.Context, incomplete: str) -> list[str]:
     """Completion of settings; under bash only the piece after '=' is answered, as bash replaces that."""
-    from curionav_cli.config.complete import completions, shell_words
+    from curionav_cli.config.completion import completions, shell_words
 
     words = [str(word) for word in ctx.params.get("overrides") or ()]
     word, replaced = incomplete, incomplete
@@ -80,7 +80,7 @@ def command_with_settings(name: str, about: str) -> None:
         overrides: Overrides = None, multirun: Multirun = False, cfg: Cfg = None, resolve: Resolve = False,
         package: Package = None, info: Info = None, config_dir: ConfigDir = None,
     ) -> None:
-        from curionav_cli.commands.launch import Request
+        from curionav_cli.execution.launch import Request
 
         module = importlib.import_module(f"curionav_cli.commands.{name}")
         raise typer.Exit(module.run(
@@ -219,7 +219,7 @@ def paper(
 
 def unwritable(error: OSError) -> str:
     """One line for a disk that is full or locked, wherever a command met it; any other error is raised again."""
-    from curionav_cli.commands.endings import FULL, LOCKED
+    from curionav_cli.execution.interrupts import FULL, LOCKED
 
     if error.errno not in (*FULL, *LOCKED):
         raise error
@@ -244,7 +244,7 @@ def main(arguments: list[str] | None = None) -> Any:
         finally:
             sys.stdout.flush()  # while a closed pipe can still be answered
     except (Unread, BrokenPipeError):
-        from curionav_cli.commands.screen import mute
+        from curionav_cli.execution.screen import mute
 
         mute()
         code, message = 141, ""  # a shell's code for SIGPIPE

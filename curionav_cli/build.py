@@ -9,22 +9,22 @@ from importlib.util import find_spec
 from typing import TYPE_CHECKING, Any
 
 from curionav_cli.agents.agent import Agent
+from curionav_cli.agents.baselines import Bounce, Random, Sticky
 from curionav_cli.agents.frontier import Frontier
-from curionav_cli.agents.wanderers import Bounce, Random, Sticky
-from curionav_cli.config.agent_schema import Precision
-from curionav_cli.config.robot_schema import Turtlebot
+from curionav_cli.agents.lbs_dreamer.settings import Precision
 from curionav_cli.config.schema import Compile, Config, Device, Logger, Scale
 from curionav_cli.config.sources import AGENTS as SCHEMA
 from curionav_cli.errors import ConfigError
+from curionav_cli.robot.settings import Turtlebot
 from curionav_cli.world.env import NavigationEnv
 from curionav_cli.world.motion import HEADINGS
-from curionav_cli.world.scene import Scene
+from curionav_cli.world.scene.scene import Scene
 
 if TYPE_CHECKING:
     from curionav_cli.robot.env import RobotEnv
-    from curionav_cli.robot.homecoming import Link
+    from curionav_cli.robot.return_to_dock import Link
 
-    World = NavigationEnv | RobotEnv
+    Environment = NavigationEnv | RobotEnv
 
 
 def scene(settings: Config) -> Scene:
@@ -35,7 +35,7 @@ def scene(settings: Config) -> Scene:
     return Scene.from_dict(asdict(settings.env), f"env/{settings.env.name}.yaml")
 
 
-def env(settings: Config, world: Scene) -> World:
+def env(settings: Config, world: Scene) -> Environment:
     """The world with a robot in it; robot=ideal respawns, the others drive home and dock."""
     return robot_env(settings, world) if isinstance(settings.robot, Turtlebot) else ideal_env(settings, world)
 
@@ -67,7 +67,7 @@ def check(settings: Config) -> None:
                           "Set logger=local, or: .venv/bin/pip install -c constraints.txt -e '.[tensorboard]'")
     if settings.device is Device.cuda or settings.compile in (Compile.graph, Compile.fused):
         from curionav_cli.agents.device import resolve_device
-        from curionav_cli.agents.lbs_dreamer.device import way
+        from curionav_cli.agents.lbs_dreamer.compile import way
 
         way(settings.compile.value, resolve_device(settings.device.value))
 

@@ -8,6 +8,7 @@ from __future__ import annotations
 import io
 import json
 import os
+import re
 import tokenize
 import zipfile
 import zlib
@@ -154,3 +155,13 @@ def write_whole(path: Path, body: Callable[[IO[bytes]], object]) -> None:
     except BaseException:
         beside.unlink(missing_ok=True)
         raise
+
+
+LONGEST = 120  # bytes of a label in a file's name, of which a disk takes 255
+
+
+def file_name(label: str) -> str:
+    """A label as a part of a file's name; of a long one the beginning and a checksum."""
+    name = re.sub(r"[^\w.=-]+", "_", label)
+    whole = name.encode()
+    return name if len(whole) <= LONGEST else f"{whole[:LONGEST].decode(errors='ignore')}_{zlib.crc32(whole):08x}"

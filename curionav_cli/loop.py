@@ -15,11 +15,11 @@ import numpy as np
 
 from curionav_cli.agents.agent import Agent
 from curionav_cli.records import Episode, Foresight
-from curionav_cli.storage.courier import Courier
+from curionav_cli.remote.robot_sync import RobotSync
 from curionav_cli.storage.replay import Replay
 
 
-class Watcher(Protocol):
+class Callbacks(Protocol):
     """Who looks on: progress, metrics, checkpoints."""
 
     def acted(self, step: int) -> None:
@@ -28,14 +28,14 @@ class Watcher(Protocol):
     def learned(self, iteration: int) -> None:
         """One more of the K iterations is done."""
 
-    def foresaw(self, index: int, foresight: Foresight) -> None:
+    def predicted(self, index: int, foresight: Foresight) -> None:
         """What the agent expected of episode `index`, before it learned from it."""
 
-    def lived(self, index: int, episode: Episode, metrics: dict[str, float]) -> None:
+    def episode_done(self, index: int, episode: Episode, metrics: dict[str, float]) -> None:
         """Episode `index` and the learning after it are done."""
 
 
-class Onlooker(Protocol):
+class TrainCallbacks(Protocol):
     """Who looks on where nobody lives."""
 
     def learned(self, iteration: int) -> None:
@@ -55,8 +55,8 @@ class Learn(Protocol):
         """The robot stands at its dock, before episode `index`, and after the last."""
 
 
-def live(env: gymnasium.Env, agent: Agent, learn: Learn, *, episodes: int, steps: int, seed: int,
-         watch: Watcher, first: int = 0) -> None:
+def run_episodes(env: gymnasium.Env, agent: Agent, learn: Learn, *, episodes: int, steps: int, seed: int,
+                 watch: Callbacks, first: int = 0) -> None:
     """Episodes `first` to `episodes`, `steps` steps each; learn(index, episode) gives metrics."""
     observation, info = env.reset(seed=seed, options={"episode": first})
     for index in range(first, episodes):
@@ -66,7 +66,8 @@ def live(env: gymnasium.Env, agent: Agent, learn: Learn, *, episodes: int, steps
         acted = clocks()
         metrics = learn(index, episode)
         learned = clocks()
-        watch.lived(index, episode, {**metrics, **spent("acting", began, acted), **spent("learning", acted, learned)})
+        watch.episode_done(index, episode,
+                           {**metrics, **spent("acting", began, acted), **spent("learning", acted, learned)})
         if index + 1 < episodes:
             observation, info = env.reset()
     learn.docked(episodes)
@@ -84,7 +85,7 @@ def spent(what: str, began: tuple[float, float], ended: tuple[float, float]) -> 
 
 
 def run_episode(env: gymnasium.Env, agent: Agent, observation: dict[str, np.ndarray], info: dict[str, Any],
-                steps: int, watch: Watcher) -> Episode:
+                steps: int, watch: Callbacks) -> Episode:
     """Live `steps` steps from where the robot stands, or fewer where the environment ends it (a battery runs low)."""
     image, action = np.empty((steps + 1, *observation["image"].shape), np.uint8), np.empty(steps, np.int64)
     image[0], told, truncated = observation["image"], [info], False
@@ -108,10 +109,10 @@ def recorded(image: np.ndarray, action: np.ndarray, told: list[dict[str, Any]],
                    events, estimate, told[0].get("dock"))
 
 
-class LearnHere:
+class LocalLearner:
     """Store the episode, then K iterations on all that was lived so far, in this process."""
 
-    def __init__(self, agent: Agent, replay: Replay, iterations: int, watch: Watcher,
+    def __init__(self, agent: Agent, replay: Replay, iterations: int, watch: Callbacks,
                  store: Callable[[int, Episode], None]):
         self.agent, self.replay, self.iterations = agent, replay, iterations
         self.watch, self.store = watch, store
@@ -120,9 +121,9 @@ class LearnHere:
         self.store(index, episode)
         if not self.agent.learns:
             return {}
-        foresight = self.agent.foresee(index, episode)
+        foresight = self.agent.predict(index, episode)
         if foresight:
-            self.watch.foresaw(index, foresight)
+            self.watch.predicted(index, foresight)
         self.replay.add(episode)
         metrics = self.agent.learn(self.replay, self.iterations, self.watch.learned)
         return {**metrics, **(foresight.metrics() if foresight else {})}
@@ -131,10 +132,10 @@ class LearnHere:
         """Nothing is to be fetched."""
 
 
-class LearnThere:
+class RemoteLearner:
     """Store the episode and put it into the outbox; at the dock a courier delivers it and brings weights."""
 
-    def __init__(self, courier: Courier, store: Callable[[int, Episode], None]):
+    def __init__(self, courier: RobotSync, store: Callable[[int, Episode], None]):
         self.courier, self.store = courier, store
         self.spent: dict[str, float] = {}
 
@@ -149,7 +150,7 @@ class LearnThere:
         self.spent = spent("docked", began, clocks())
 
 
-def train(agent: Agent, replay: Replay, *, iterations: int, every: int, watch: Onlooker, first: int = 0) -> None:
+def train(agent: Agent, replay: Replay, *, iterations: int, every: int, watch: TrainCallbacks, first: int = 0) -> None:
     """Iterations `first` to `iterations` on what is stored, without a world; the watcher saves after `every`."""
     done = first
     while done < iterations:

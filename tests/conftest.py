@@ -9,7 +9,7 @@ import pytest
 os.environ.setdefault("OMP_NUM_THREADS", "1")
 os.environ.setdefault("OMP_WAIT_POLICY", "PASSIVE")
 
-pytest_plugins = ["nouns", "servers"]
+pytest_plugins = ["commandline", "nouns", "servers"]
 
 
 @pytest.fixture(autouse=True)

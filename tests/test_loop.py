@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from curionav_cli.agents.agent import Agent
-from curionav_cli.loop import LearnHere, live
+from curionav_cli.loop import LocalLearner, run_episodes
 from curionav_cli.records import Foresight, Surprise
 from curionav_cli.storage.replay import Replay
 
@@ -54,7 +54,7 @@ class Counter(Agent):
         self.t += 1
         return self.t % 2
 
-    def foresee(self, index, episode):
+    def predict(self, index, episode):
         self.calls.append(("foresee", index, len(episode)))
         return FORESEEN if index == 1 else None
 
@@ -74,13 +74,13 @@ class Notes:
     def acted(self, step):
         self.steps.append(step)
 
-    def foresaw(self, index, foresight):
+    def predicted(self, index, foresight):
         self.foreseen.append((index, foresight))
 
     def learned(self, iteration):
         self.iterations.append(iteration)
 
-    def lived(self, index, episode, metrics):
+    def episode_done(self, index, episode, metrics):
         self.episodes.append((index, episode, metrics))
 
 
@@ -89,8 +89,8 @@ def life():
     def run(first=0, episodes=3):
         calls, notes, stored = [], Notes(), []
         agent = Counter(calls)
-        learn = LearnHere(agent, Replay(), 2, notes, lambda index, episode: stored.append(index))
-        live(Line(calls), agent, learn, episodes=episodes, steps=4, seed=7, watch=notes, first=first)
+        learn = LocalLearner(agent, Replay(), 2, notes, lambda index, episode: stored.append(index))
+        run_episodes(Line(calls), agent, learn, episodes=episodes, steps=4, seed=7, watch=notes, first=first)
         return calls, notes, stored
     return run
 

@@ -17,7 +17,7 @@ from curionav_cli.files import read_json
 # Kills its own process at a chosen moment of the third episode, as a power cut would.
 KILLED = DEADLY + """
 from pathlib import Path
-from curionav_cli.commands.recorder import Recorder
+from curionav_cli.execution.recorder import Recorder
 from curionav_cli.storage import checkpoint
 from curionav_cli.storage.run_folder import RunFolder
 

@@ -55,7 +55,7 @@ class Agent(ABC):
         info: pose (x, y, yaw), collided (did the last action fall short), episode_index.
         """
 
-    def foresee(self, index: int, episode: Episode) -> Foresight | None:
+    def predict(self, index: int, episode: Episode) -> Foresight | None:
         """What it expects of episode `index` before it learns from it; None if it expects nothing.
 
         Changes nothing in the agent: what it draws comes from a generator of this episode alone.
@@ -66,11 +66,11 @@ class Agent(ABC):
         """K iterations on the replay; tick(i) after each. Metrics for metrics.jsonl."""
         return {}
 
-    def share(self) -> bytes:
+    def export_weights(self) -> bytes:
         """The weights that acting needs, as a safetensors file: a robot `adopt`s what a server has learned."""
         return b""
 
-    def adopt(self, raw: bytes) -> None:
+    def import_weights(self, raw: bytes) -> None:
         """Act with weights that `share` gave. Raises WeightsRefused, and changes nothing, where it cannot."""
 
     def save(self, folder: Path) -> None:

@@ -14,7 +14,7 @@ from typing import NamedTuple
 
 import torch
 
-from curionav_cli.config.agent_schema import Precision
+from curionav_cli.agents.lbs_dreamer.settings import Precision
 
 CPUINFO = Path("/proc/cpuinfo")
 NATIVE = {"amx_bf16", "avx512_bf16", "bf16", "svebf16"}  # as Linux names them: x86 and, the last two, ARM

@@ -16,7 +16,7 @@ from curionav_cli.agents.lattice import Lattice
 from curionav_cli.files import read_json
 from curionav_cli.records import FloorPlan
 from curionav_cli.world.motion import HEADINGS
-from curionav_cli.world.scene import Scene
+from curionav_cli.world.scene.scene import Scene
 
 PATIENCE = 50  # random steps before it searches again, once no new cell can be reached from where it is
 

@@ -15,15 +15,19 @@ from pathlib import Path
 
 import numpy as np
 
-from curionav_cli.commands import page
-from curionav_cli.commands.screen import a_console
+from curionav_cli.commands import report_page
+from curionav_cli.commands.arguments import one_of, sorted_out
 from curionav_cli.commands.summary import print_columns, print_files, write_text
-from curionav_cli.commands.words import file_name, one_of, sorted_out
 from curionav_cli.errors import ConfigError, RunFolderError
-from curionav_cli.files import folder_for
-from curionav_cli.results import comparison_plots, estimates, plots
-from curionav_cli.results.comparison import Comparison, compare
-from curionav_cli.results.comparison_tables import (
+from curionav_cli.execution.screen import a_console
+from curionav_cli.files import file_name, folder_for
+from curionav_cli.results import plots
+from curionav_cli.results.comparison import estimates
+from curionav_cli.results.comparison import plots as comparison_plots
+from curionav_cli.results.comparison.comparison import Comparison, compare
+from curionav_cli.results.comparison.html_report import Picture
+from curionav_cli.results.comparison.run_summaries import RunSummary, folders, read
+from curionav_cli.results.comparison.tables import (
     Table,
     arm_table,
     latex,
@@ -33,8 +37,6 @@ from curionav_cli.results.comparison_tables import (
     settings_table,
 )
 from curionav_cli.results.coverage import DENOMINATORS, RULES
-from curionav_cli.results.lives import Life, folders, read
-from curionav_cli.results.report import Picture
 from curionav_cli.results.runs import Run
 from curionav_cli.results.tables import Row, comma_separated
 
@@ -56,9 +58,9 @@ def run(words: list[str]) -> int:
                                      "curionav compare outputs/DATE/SWEEP"]))
     comparison = compare(lives)
     baseline = one_of("baseline", chosen["baseline"], list(comparison.arms)) if "baseline" in chosen else None
-    best = {file_name(field.env): page.best_runs(field, way) for field in comparison.fields}
+    best = {file_name(field.env): report_page.best_runs(field, way) for field in comparison.fields}
     notes = [*estimates.notes(comparison, baseline), *lost]
-    notes += [line for runs in best.values() for line in page.holes(runs) if line not in notes]
+    notes += [line for runs in best.values() for line in report_page.holes(runs) if line not in notes]
     report = Report(shlex.join(["curionav", "compare", *words]), comparison, baseline, way, at, notes)
     made = write(report, folder, best)
     console = a_console()
@@ -77,7 +79,7 @@ def steps(words: str) -> list[int]:
     return [int(word) for word in words.split(",") if word]
 
 
-def gather(paths: Sequence[Path], rule: str, denominator: str) -> tuple[list[Life], list[str]]:
+def gather(paths: Sequence[Path], rule: str, denominator: str) -> tuple[list[RunSummary], list[str]]:
     """Every run in these folders once, and a line for each folder of which nothing can be shown."""
     jobs: dict[Path, Path] = {}
     lost = []
@@ -86,13 +88,14 @@ def gather(paths: Sequence[Path], rule: str, denominator: str) -> tuple[list[Lif
             jobs |= {job.resolve(): job for job in folders(path)}
         except RunFolderError as error:
             lost.append(str(error))
-    one = partial(life_of, rule=rule, denominator=denominator)
+    one = partial(summary_of, rule=rule, denominator=denominator)
     if len(jobs) <= FEW:
         found = list(map(one, jobs.values()))
     else:
         with workers() as pool:
             found = list(pool.map(one, jobs.values()))
-    return [life for life in found if isinstance(life, Life)], lost + [line for line in found if isinstance(line, str)]
+    return [life for life in found if isinstance(life, RunSummary)], lost + [line for line in found
+                                                                             if isinstance(line, str)]
 
 
 @contextmanager
@@ -105,7 +108,7 @@ def workers(most: int | None = None) -> Iterator[ProcessPoolExecutor]:
         pool.shutdown(cancel_futures=True)
 
 
-def life_of(job: Path, rule: str, denominator: str) -> Life | str:
+def summary_of(job: Path, rule: str, denominator: str) -> RunSummary | str:
     """The run, or a line about why nothing of it can be shown."""
     try:
         return read(job, rule, denominator)
@@ -157,7 +160,7 @@ def draw(report: Report, folder: Path, best: dict[str, list[Run]]) -> list[str]:
     names = {env: file_name(env) for env in figures}
     for env, figure in figures.items():
         plots.save(figure, folder / "figures" / f"{names[env]}.png")
-    maps = page.draw_best(best, folder / "figures")
+    maps = report_page.draw_best(best, folder / "figures")
     return [f"figures/{name}" for name in (*(f"{name}.png" for name in reversed(names.values())), *maps)]
 
 
@@ -165,7 +168,7 @@ def write(report: Report, folder: Path, best: dict[str, list[Run]]) -> list[str]
     """Figures, CSV files, a page and a LaTeX file; their names in the folder. best: of which heatmaps are drawn."""
     (folder / "figures").mkdir(parents=True, exist_ok=True)
     with workers(1) as pool:  # as long as the figures take
-        film = pool.submit(page.shoot, next(iter(best.values())), folder / "figures" / "film.webm")
+        film = pool.submit(report_page.shoot, next(iter(best.values())), folder / "figures" / "film.webm")
         pictures, shown = draw(report, folder, best), film.result()
     runs = list(estimates.run_rows(report.comparison, report.at))
     texts = {"comparison.md": markdown(report.command, report.notes, report.tables, pictures),
@@ -175,8 +178,8 @@ def write(report: Report, folder: Path, best: dict[str, list[Run]]) -> list[str]
         write_text(folder / name, text)
     films = {"figures/film.webm": shown} if shown else {}
     captions = {**{name: caption(name) for name in pictures}, **films}
-    page.write(folder / "report.html", report.command, report.comparison, report.notes, report.tables,
-               [Picture(folder / name, words) for name, words in captions.items()], runs)
+    report_page.write(folder / "report.html", report.command, report.comparison, report.notes, report.tables,
+                      [Picture(folder / name, words) for name, words in captions.items()], runs)
     return ["report.html", *captions, *texts]
 
 

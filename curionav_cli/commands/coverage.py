@@ -10,15 +10,15 @@ from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from curionav_cli.commands import predictions
-from curionav_cli.commands.screen import a_console
+from curionav_cli.commands.arguments import sorted_out
 from curionav_cli.commands.summary import print_files, print_table
-from curionav_cli.commands.words import file_name, sorted_out
 from curionav_cli.errors import ConfigError, RunFolderError
-from curionav_cli.files import folder_for
+from curionav_cli.execution.screen import a_console
+from curionav_cli.files import file_name, folder_for
 from curionav_cli.records import Episode
 from curionav_cli.results import film, panels, plots, tables
 from curionav_cli.results.coverage import DENOMINATORS, RULES
+from curionav_cli.results.prediction import figures as prediction_figures
 from curionav_cli.results.runs import Run, tell_apart
 from curionav_cli.storage.run_folder import RunFolder
 
@@ -49,9 +49,9 @@ def run(words: list[str]) -> int:
     counted = {one.folder.path: [replace(one, rule=rule, denominator=of) for rule in rules for of in denominators]
                for one in runs}
     print_table([way.row() for ways in counted.values() for way in ways], console, SHOWN)
-    for line in [*filter(None, map(predictions.line, runs)), *lost, *(gap for one in runs for gap in gaps(one))]:
+    for line in [*filter(None, map(prediction_figures.line, runs)), *lost, *(gap for one in runs for gap in gaps(one))]:
         console.print(line, soft_wrap=True, highlight=False, markup=False)
-    for table in filter(None, map(predictions.surprise_table, runs)):
+    for table in filter(None, map(prediction_figures.surprise_table, runs)):
         console.print(table)
     names = [one.folder.path.resolve().name for one in runs]
     for one, name in zip(runs, names):
@@ -60,11 +60,11 @@ def run(words: list[str]) -> int:
         folder.mkdir(parents=True, exist_ok=True)
         made = [name for way in counted[one.folder.path] for name in draw(way, folder)]
         made += draw_episodes(one, episodes[one.folder.path], films[one.folder.path], folder)
-        made += predictions.draw(one, folder)
+        made += prediction_figures.draw(one, folder)
         print_files(console, folder, made)
-    together = draw_together([ways[0] for ways in counted.values()], out) + predictions.draw_beside(runs, out) \
+    together = draw_together([ways[0] for ways in counted.values()], out) + prediction_figures.draw_beside(runs, out) \
         if out else []
-    for path in [*together, *predictions.draw_seeds(runs, out)]:
+    for path in [*together, *prediction_figures.draw_seeds(runs, out)]:
         print_files(console, path.parent, [path.name])
     return 0
 

@@ -8,11 +8,11 @@ from itertools import islice
 from pathlib import Path
 
 from curionav_cli import build
-from curionav_cli.commands.dock import homecomings
 from curionav_cli.config.schema import Config
+from curionav_cli.execution.docking_trial import returns_to_dock
 from curionav_cli.results import docking_diagram, plots
 from curionav_cli.results.docking_diagram import Moves
-from curionav_cli.robot.docking.nouns import Feedback, Goal, GoalState, Phase
+from curionav_cli.robot.docking.action import Feedback, Goal, GoalState, Phase
 from curionav_cli.robot.docking.recoveries import steps
 from curionav_cli.robot.docking.server import Docking
 
@@ -49,7 +49,7 @@ def watched(settings: Config, requests: int) -> Moves:
     world, moves = build.scene(settings), Moves()
     env = build.robot_env(settings, world, False, lambda server: Watched(server, moves))
     agent = build.agent(settings, world)
-    lived = homecomings(env, agent, STEPS, settings.seed, 0, False, lambda *_: None)
+    lived = returns_to_dock(env, agent, STEPS, settings.seed, 0, False, lambda *_: None)
     for _ in islice(lived, requests):
         pass
     return moves

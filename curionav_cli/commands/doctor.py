@@ -14,16 +14,16 @@ from contextlib import redirect_stdout
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
-from curionav_cli.commands import explore
 from curionav_cli.commands.listing import table
-from curionav_cli.commands.precision import speeds
-from curionav_cli.commands.screen import a_console
-from curionav_cli.config.mistakes import Mistakes
+from curionav_cli.config.compose import compose
+from curionav_cli.config.override_errors import OverrideErrors
 from curionav_cli.config.plugins import broken
-from curionav_cli.config.preflight import compose
 from curionav_cli.config.schema import Config
 from curionav_cli.config.sources import opened
 from curionav_cli.errors import RunFailed, UserError
+from curionav_cli.execution import exploration
+from curionav_cli.execution.precision import speeds
+from curionav_cli.execution.screen import a_console
 from curionav_cli.storage import checkpoint
 from curionav_cli.storage.provenance import PACKAGES
 from curionav_cli.storage.run_folder import RunFolder
@@ -119,7 +119,7 @@ def self_test() -> Finding:
     try:
         settings = small()
         with tempfile.TemporaryDirectory() as name, redirect_stdout(io.StringIO()):
-            runs = [explore.explore(settings, Path(name) / which, drawn=which == "one") for which in ("one", "two")]
+            runs = [exploration.explore(settings, Path(name) / which, drawn=which == "one") for which in ("one", "two")]
             alike = saved(runs[0]) == saved(runs[1])
             figures = len(list(runs[0].figures.glob("*.png")))
     except (UserError, RunFailed, OSError) as error:
@@ -135,7 +135,7 @@ def self_test() -> Finding:
 
 def small() -> Config:
     with opened("explore") as hydra:
-        return compose(hydra, Mistakes(hydra, list(SMALL)), list(SMALL))[0]
+        return compose(hydra, OverrideErrors(hydra, list(SMALL)), list(SMALL))[0]
 
 
 def saved(run: RunFolder) -> dict[str, str]:

@@ -6,9 +6,9 @@ import shlex
 import shutil
 from pathlib import Path
 
-from curionav_cli.commands.screen import a_console
 from curionav_cli.commands.summary import print_files, print_next
 from curionav_cli.errors import ConfigError
+from curionav_cli.execution.screen import a_console
 from curionav_cli.files import folder_for
 
 STARTER = Path(__file__).parent / "starter"

@@ -10,13 +10,13 @@ from rich.box import SIMPLE
 from rich.table import Table
 
 from curionav_cli import build
-from curionav_cli.commands.screen import a_console
-from curionav_cli.config import listing
-from curionav_cli.config.answers import closest, did_you_mean
-from curionav_cli.config.mistakes import Mistakes
-from curionav_cli.config.preflight import compose
+from curionav_cli.config import catalogue
+from curionav_cli.config.compose import compose
+from curionav_cli.config.override_errors import OverrideErrors
 from curionav_cli.config.sources import opened
+from curionav_cli.config.suggestions import closest, did_you_mean
 from curionav_cli.errors import ConfigError, UserError
+from curionav_cli.execution.screen import a_console
 
 ENV_COLUMNS = (("env", "left"), ("floor m2", "right"), ("visitable m2", "right"), ("visitable cells", "right"),
                ("cell cm", "right"), ("", "left"))
@@ -26,7 +26,7 @@ def run(group: str | None, config_dir: Path | None) -> int:
     """The command: its exit code. Raises ConfigError for a group that does not exist."""
     console = a_console()
     with opened("list", config_dir) as hydra:
-        groups = listing.groups(hydra)
+        groups = catalogue.groups(hydra)
         if group is not None and group not in groups:
             raise ConfigError(f"There is no group {group}.{did_you_mean(closest(group, groups))} "
                               f"curionav list knows: {', '.join(groups)}.")
@@ -34,7 +34,7 @@ def run(group: str | None, config_dir: Path | None) -> int:
             rows = [(name, *environment(hydra, name)) for name in groups["env"]]
             console.print(table(ENV_COLUMNS, rows))
         elif group is not None:
-            notes = [(name, listing.note(hydra, group, name)) for name in groups[group]]
+            notes = [(name, catalogue.note(hydra, group, name)) for name in groups[group]]
             console.print(table(((group, "left"), ("", "left")), notes))
         else:
             rows = [(name, ", ".join(options)) for name, options in groups.items()]
@@ -47,7 +47,7 @@ def environment(hydra: Any, name: str) -> tuple[str, ...]:
     """The cells of an environment's row; one that does not load says why. hydra: as `opened` gives it."""
     job = [f"env={name}"]
     try:
-        settings, _ = compose(hydra, Mistakes(hydra, job), job)
+        settings, _ = compose(hydra, OverrideErrors(hydra, job), job)
         if settings.env.map is None and settings.env.size is None:
             return "", "", "", "", settings.env.note
         plan = build.scene(settings).plan

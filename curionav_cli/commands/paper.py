@@ -10,21 +10,22 @@ from typing import Any
 
 from curionav_cli import build
 from curionav_cli.commands import diagram
+from curionav_cli.commands.arguments import one_of, sorted_out
 from curionav_cli.commands.compare import gather
-from curionav_cli.commands.screen import a_console
 from curionav_cli.commands.summary import print_columns, print_files, write_text
-from curionav_cli.commands.words import one_of, sorted_out
-from curionav_cli.config.mistakes import Mistakes
-from curionav_cli.config.preflight import compose
+from curionav_cli.config.compose import compose
+from curionav_cli.config.override_errors import OverrideErrors
 from curionav_cli.config.schema import Config
 from curionav_cli.config.sources import opened
 from curionav_cli.errors import ConfigError
+from curionav_cli.execution.screen import a_console
 from curionav_cli.files import folder_for
 from curionav_cli.records import FloorPlan
-from curionav_cli.results import estimates, paper, tables
-from curionav_cli.results.comparison import Comparison
-from curionav_cli.results.comparison import compare as compared
-from curionav_cli.results.comparison_tables import Table
+from curionav_cli.results import paper, tables
+from curionav_cli.results.comparison import estimates
+from curionav_cli.results.comparison.comparison import Comparison
+from curionav_cli.results.comparison.comparison import compare as compared
+from curionav_cli.results.comparison.tables import Table
 from curionav_cli.results.docking import came_home
 from curionav_cli.results.tables import Row
 from curionav_cli.storage.run_folder import RunFolder
@@ -103,7 +104,7 @@ def plans() -> dict[str, FloorPlan]:
 
 def composed(*words: str) -> Config:
     with opened("paper") as hydra:
-        return compose(hydra, Mistakes(hydra, list(words)), list(words))[0]
+        return compose(hydra, OverrideErrors(hydra, list(words)), list(words))[0]
 
 
 def numbers(folders: Sequence[Path]) -> tuple[list[Table], list[str]]:

@@ -14,13 +14,13 @@ from typing import Any
 import yaml
 
 from curionav_cli.commands import dock, explore, train
-from curionav_cli.commands.launch import INTERRUPTED, Request, state
-from curionav_cli.config.preflight import pin
-from curionav_cli.config.schema import Remote
+from curionav_cli.config.compose import pin
 from curionav_cli.config.search import NOTE, noted
 from curionav_cli.config.settings import read_settings
 from curionav_cli.errors import ConfigError, RunFailed, RunFolderError, SceneError, Terminated, UserError
+from curionav_cli.execution.launch import INTERRUPTED, Request, state
 from curionav_cli.files import place, read_json
+from curionav_cli.remote.settings import Remote
 from curionav_cli.storage.run_folder import RunFolder
 
 # A run may be longer than planned, files may move, machines differ in memory, and CUDA graphs may fail.

@@ -10,12 +10,12 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from curionav_cli.commands.overview import DONE, PLANNED
-from curionav_cli.commands.progress import duration
-from curionav_cli.commands.screen import a_console
+from curionav_cli.commands.arguments import sorted_out
 from curionav_cli.commands.summary import print_columns
-from curionav_cli.commands.words import sorted_out
 from curionav_cli.errors import ConfigError, UserError
+from curionav_cli.execution.progress import duration
+from curionav_cli.execution.screen import a_console
+from curionav_cli.execution.sweep_monitor import DONE, PLANNED
 from curionav_cli.storage.run_folder import RunFolder
 
 OUTPUTS = Path("outputs")

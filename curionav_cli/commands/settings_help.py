@@ -55,13 +55,13 @@ class SettingsCommand(TyperCommand):
 
     def format_help(self, ctx: Any, formatter: Any) -> None:
         super().format_help(ctx, formatter)
-        from curionav_cli.config import listing
+        from curionav_cli.config import catalogue
         from curionav_cli.config.sources import opened
 
         with opened(str(self.name)) as hydra:
             chosen = [*CHOSEN.get(str(self.name), ()), *ctx.meta[SETTINGS]]
-            groups, config = listing.groups(hydra), listing.composed(hydra, chosen)
-        settings, choices = listing.settings(config), listing.choices(config)
+            groups, config = catalogue.groups(hydra), catalogue.composed(hydra, chosen)
+        settings, choices = catalogue.settings(config), catalogue.choices(config)
         console = Console()
         console.print(panel("Choices (env=..., agent=...; * is the default)", group_rows(groups, settings)))
         rows = setting_rows(groups, settings, choices)

@@ -6,9 +6,9 @@ from pathlib import Path
 from typing import Any
 
 from curionav_cli import build
-from curionav_cli.commands.launch import Request, launch
 from curionav_cli.config.job import Outcome
 from curionav_cli.config.schema import Config
+from curionav_cli.execution.launch import Request, launch
 
 
 def run(request: Request) -> int:
@@ -19,8 +19,8 @@ def run(request: Request) -> int:
 def work(settings: Config, folder: Path) -> dict[str, Any]:
     """The plan as a map, a sheet of views, and its top view alone, written into `folder`."""
     from curionav_cli.results import floor_plans, plots  # matplotlib only when there is something to draw
-    from curionav_cli.results.arms import scene_name
-    from curionav_cli.world.sheet import contact_sheet, plans
+    from curionav_cli.results.labels import scene_name
+    from curionav_cli.world.contact_sheet import contact_sheet, plans
 
     world = build.scene(settings)
     cells, cell = int(world.plan.visitable.sum()), world.plan.cell

@@ -13,11 +13,10 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from curionav_cli.commands.screen import a_console
-from curionav_cli.commands.words import file_name
 from curionav_cli.config.search import NOTE, noted
 from curionav_cli.errors import UserError
-from curionav_cli.files import write_whole
+from curionav_cli.execution.screen import a_console
+from curionav_cli.files import file_name, write_whole
 from curionav_cli.results import plots, tables
 from curionav_cli.results.runs import Run, job_number, tell_apart
 

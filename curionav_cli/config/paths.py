@@ -11,7 +11,7 @@ from hydra._internal.hydra import Hydra
 from hydra.core.override_parser.overrides_parser import OverridesParser
 from hydra.errors import HydraException
 
-from curionav_cli.config import listing
+from curionav_cli.config import catalogue
 from curionav_cli.config.schema import Config
 from curionav_cli.files import place
 
@@ -29,7 +29,7 @@ def misread(hydra: Hydra, word: str, key: str, text: str) -> bool:
     try:
         override = OverridesParser.create(config_loader=hydra.config_loader).parse_overrides([word])[0]
     except HydraException:
-        return key in SETTINGS or text in listing.options_of(hydra, key)
+        return key in SETTINGS or text in catalogue.options_of(hydra, key)
     if key not in SETTINGS or place(text).exists():
         return key in SETTINGS
     if override.is_sweep_override():

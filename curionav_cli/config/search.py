@@ -24,7 +24,7 @@ from hydra.core.plugins import Plugins
 from hydra.types import HydraContext, RunMode
 from omegaconf import DictConfig, OmegaConf
 
-from curionav_cli.config.answers import NAMES, closest, did_you_mean, in_words, type_of
+from curionav_cli.config.suggestions import NAMES, closest, did_you_mean, in_words, type_of
 from curionav_cli.errors import ConfigError
 
 GRIDS = ("BasicSweeper", "ListSweeper")  # whose jobs are known before the first one runs

@@ -11,12 +11,12 @@ import yaml
 from omegaconf import DictConfig, OmegaConf, flag_override
 from omegaconf.errors import MissingMandatoryValue, OmegaConfBaseException
 
-from curionav_cli.config.answers import in_words, type_of
-from curionav_cli.config.bombs import refuse_bomb
 from curionav_cli.config.paths import rooted
 from curionav_cli.config.schema import Config
 from curionav_cli.config.sources import AGENTS, MAIN, ROBOTS, conf_dir, writable
+from curionav_cli.config.suggestions import in_words, type_of
 from curionav_cli.errors import ConfigError, RunFolderError
+from curionav_cli.safe_yaml import refuse_bomb
 
 
 def as_settings(config: DictConfig, start: Path | None = None) -> Config:

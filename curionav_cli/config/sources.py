@@ -24,27 +24,32 @@ from hydra.core.plugins import Plugins
 from hydra.plugins.search_path_plugin import SearchPathPlugin
 from omegaconf import DictConfig, OmegaConf
 
-from curionav_cli.config import agent_schema, cbet_schema, plugins, robot_schema, schema, search
-from curionav_cli.config.bombs import refuse_bomb
-from curionav_cli.config.whole import take_any_spelling
+from curionav_cli.agents import settings as agent_settings
+from curionav_cli.agents.cbet import settings as cbet_settings
+from curionav_cli.agents.lbs_dreamer import settings as lbs_settings
+from curionav_cli.config import plugins, schema, search
+from curionav_cli.config.whole_numbers import take_any_spelling
 from curionav_cli.errors import ConfigError
 from curionav_cli.files import place
+from curionav_cli.robot import settings as robot_settings
+from curionav_cli.safe_yaml import refuse_bomb
+from curionav_cli.world import settings as world_settings
 
 MAIN = "config"  # conf/config.yaml
 
 AGENTS = {
-    "random": agent_schema.Random,
-    "sticky": agent_schema.Sticky,
-    "bounce": agent_schema.Bounce,
-    "frontier": agent_schema.Frontier,
-    "lbs_dreamer": agent_schema.LBSDreamer,
-    "cbet": cbet_schema.CBET,
-    "cbet_lifelong": cbet_schema.CBETLifelong,
+    "random": agent_settings.Random,
+    "sticky": agent_settings.Sticky,
+    "bounce": agent_settings.Bounce,
+    "frontier": agent_settings.Frontier,
+    "lbs_dreamer": lbs_settings.LBSDreamer,
+    "cbet": cbet_settings.CBET,
+    "cbet_lifelong": cbet_settings.CBETLifelong,
 }
 ROBOTS = {
-    "ideal": schema.Robot,
-    "turtlebot2i": robot_schema.Turtlebot,
-    "turtlebot2i_plus": robot_schema.Turtlebot,
+    "ideal": robot_settings.Robot,
+    "turtlebot2i": robot_settings.Turtlebot,
+    "turtlebot2i_plus": robot_settings.Turtlebot,
 }
 
 
@@ -114,7 +119,7 @@ def register(directories: list[Path]) -> None:
     Plugins.instance().register(UserDirectories)
     store = ConfigStore.instance()
     store.store(group="schema", name=MAIN, node=writable(schema.Config), package="_global_")
-    store.store(group="schema", name="env", node=writable(schema.Env), package="env")
+    store.store(group="schema", name="env", node=writable(world_settings.Env), package="env")
     for name, node in AGENTS.items():
         store.store(group="schema/agent", name=name, node=writable(node), package="agent")
     for name, node in ROBOTS.items():

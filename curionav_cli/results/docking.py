@@ -10,7 +10,7 @@ import numpy as np
 
 from curionav_cli.files import read_json
 from curionav_cli.records import DockReport
-from curionav_cli.results.arms import flat, labels, world_labels, world_settings
+from curionav_cli.results.labels import flat, labels, world_labels, world_settings
 from curionav_cli.results.statistics import share_interval
 from curionav_cli.results.tables import Columns, Row
 from curionav_cli.storage.run_folder import RunFolder

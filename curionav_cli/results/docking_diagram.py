@@ -13,7 +13,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import FancyBboxPatch
 
 from curionav_cli.results.lettering import wrapped
-from curionav_cli.robot.docking.nouns import RECOVERABLE, Code, Phase
+from curionav_cli.robot.docking.action import RECOVERABLE, Code, Phase
 
 PLACES: Mapping[Phase, tuple[float, float]] = {  # in boxes, to the right and up
     Phase.idle: (0, 1), Phase.staging: (1, 1), Phase.acquire: (2, 1), Phase.approach: (3, 1), Phase.contact: (4, 1),

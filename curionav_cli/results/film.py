@@ -31,7 +31,7 @@ TRACK = b"\x73\xc5\x88"  # Matroska's TrackUID, eight random bytes behind it
 
 def frames(plan: FloorPlan, episode: Episode, name: str, every: int = 1) -> Iterator[np.ndarray]:
     """(SIDE, any even, 3) uint8 RGB for every n-th of T+1 poses, the first one too."""
-    view = View(plan)
+    view = PlanView(plan)
     for step, (image, pose) in enumerate(zip(episode.image, episode.pose, strict=True)):
         above = view.at(pose)
         if step % every:
@@ -43,7 +43,7 @@ def frames(plan: FloorPlan, episode: Episode, name: str, every: int = 1) -> Iter
         yield np.concatenate([seen, above], axis=1)
 
 
-class View:
+class PlanView:
     """The plan from above; the way so far stays on it."""
 
     def __init__(self, plan: FloorPlan):

@@ -14,11 +14,11 @@ import numpy as np
 
 from curionav_cli.files import read_arrays
 from curionav_cli.records import DockReport, FloorPlan
-from curionav_cli.results.arms import scene_name
-from curionav_cli.results.comparison import Comparison, Field
+from curionav_cli.results.comparison.comparison import Comparison, Field
+from curionav_cli.results.comparison.estimates import summary
+from curionav_cli.results.comparison.run_summaries import RunSummary
 from curionav_cli.results.docking import reports
-from curionav_cli.results.estimates import summary
-from curionav_cli.results.lives import Life
+from curionav_cli.results.labels import scene_name
 from curionav_cli.results.statistics import mean_interval, share_interval
 from curionav_cli.results.tables import Columns, Row
 from curionav_cli.storage.run_folder import RunFolder
@@ -157,7 +157,7 @@ def coverage(comparison: Comparison) -> Iterator[Number]:
                          "no run was given", "0", "")
 
 
-def reached_in_time(field: Field, arm: str, lives: Sequence[Life], steps: int, share: float, paper: str
+def reached_in_time(field: Field, arm: str, lives: Sequence[RunSummary], steps: int, share: float, paper: str
                     ) -> Iterator[Number]:
     """Steps to the share that the paper names; in the small room also to the furthest area."""
     needed = summary("steps_to", [life.curve.until(field.horizon).steps_to(share) for life in lives])
@@ -200,7 +200,7 @@ def against_cbet(field: Field, comparison: Comparison) -> Iterator[Number]:
                              source([*field.arms[ours[0]], *field.arms[arm]]))
 
 
-def docking(lives: Sequence[Life], runs: Sequence[RunFolder]) -> Iterator[Number]:
+def docking(lives: Sequence[RunSummary], runs: Sequence[RunFolder]) -> Iterator[Number]:
     """Homecomings of ROBOT in `lives`, which hold them in their episodes, and in `runs` of curionav dock: how many
     ended on the dock without a person."""
     for env, paper in DOCKED.items():
@@ -225,7 +225,7 @@ def homecomings(folder: Path) -> Iterator[DockReport]:
             yield DockReport.of(plain)
 
 
-def source(lives: Sequence[Life]) -> str:
+def source(lives: Sequence[RunSummary]) -> str:
     """The sweeps that these runs are in."""
     return parents([life.folder for life in lives])
 

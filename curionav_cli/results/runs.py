@@ -14,9 +14,9 @@ import numpy as np
 from curionav_cli.errors import RunFolderError
 from curionav_cli.files import read_arrays
 from curionav_cli.records import FloorPlan
-from curionav_cli.results.arms import flat, labels, scene_name, world_labels, world_settings
 from curionav_cli.results.coverage import Coverage, Curve
-from curionav_cli.results.gaps import Readable, readable
+from curionav_cli.results.integrity import Readable, readable
+from curionav_cli.results.labels import flat, labels, scene_name, world_labels, world_settings
 from curionav_cli.storage.run_folder import RunFolder
 from curionav_cli.world.motion import FORWARD
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from curionav_cli.config.robot_schema import Battery as Settings
+from curionav_cli.robot.settings import Battery as Settings
 
 
 class Battery:

@@ -7,9 +7,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from curionav_cli.config.robot_schema import Drive as Settings
 from curionav_cli.records import Pose
-from curionav_cli.robot.surroundings import Surroundings
+from curionav_cli.robot.collision_world import CollisionWorld
+from curionav_cli.robot.settings import Drive as Settings
 
 PUSH = 0.25  # metres of blocked way that twist the base by the given standard deviation
 
@@ -29,7 +29,7 @@ class Drive:
     def __init__(self, settings: Settings, radius: float, generator: np.random.Generator):
         self.settings, self.radius, self.rng = settings, radius, generator
 
-    def move(self, pose: Pose, distance: float, turn: float, around: Surroundings) -> Motion:
+    def move(self, pose: Pose, distance: float, turn: float, around: CollisionWorld) -> Motion:
         """A short arc, or a whole straight move, or a turn on the spot; commands in metres and radians."""
         settings = self.settings
         forward, veer, turned = self.rng.standard_normal(3).tolist()

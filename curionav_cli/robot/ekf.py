@@ -16,8 +16,8 @@ from scipy.special import gammaincinv
 
 from curionav_cli.geometry import wrapped
 
-X, Y, YAW, BIAS, SCALE, TURN = range(STATES := 6)
-REMEMBERED = np.array([X, Y, YAW, BIAS, SCALE, TURN, X, Y, YAW])
+X, Y, YAW, BIAS, SCALE, GYRO_SCALE = range(STATES := 6)
+CLONED = np.array([X, Y, YAW, BIAS, SCALE, GYRO_SCALE, X, Y, YAW])
 X0, Y0, YAW0 = range(STATES, 9)  # the remembered pose
 
 
@@ -31,7 +31,7 @@ class Ekf:
     def predict(self, wheel: float, gyro: float, seconds: float, variance: tuple[float, float, float]) -> None:
         """One move. variance: of the distance (m^2), of the turn (rad^2), of the bias's walk meanwhile."""
         jacobian, noise = motion_jacobians(self.mean, wheel, gyro, seconds)
-        self.mean = moved(self.mean, wheel, gyro, seconds)
+        self.mean = motion_model(self.mean, wheel, gyro, seconds)
         self.covariance = jacobian @ self.covariance @ jacobian.T + (noise * variance) @ noise.T
 
     def update(self, residual: np.ndarray, jacobian: np.ndarray, variance: np.ndarray,
@@ -74,9 +74,9 @@ class Ekf:
         residual[YAW] = wrapped(residual[YAW])
         return self.update(residual, since_jacobian(self.mean), variance, gate)
 
-    def remember(self) -> None:
+    def clone_pose(self) -> None:
         """Keep the pose of now in mind, and forget the one before."""
-        self.mean, self.covariance = self.mean[REMEMBERED], self.covariance[REMEMBERED][:, REMEMBERED]
+        self.mean, self.covariance = self.mean[CLONED], self.covariance[CLONED][:, CLONED]
 
     def spread_since(self) -> float:
         """The variance (m^2) of the position as seen from the remembered pose, both directions together."""
@@ -88,7 +88,7 @@ class Ekf:
         self.mean, self.covariance = self.mean[:STATES], self.covariance[:STATES, :STATES]
 
     @property
-    def remembers(self) -> bool:
+    def has_clone(self) -> bool:
         return len(self.mean) > STATES
 
     def renew(self, state: int, sd: float) -> None:
@@ -103,7 +103,7 @@ class Ekf:
         way[[X, Y]] = distance * math.cos(self.mean[YAW]), distance * math.sin(self.mean[YAW])
         self.covariance += np.outer(way, way)
 
-    def doubt(self, position: float, yaw: float) -> None:
+    def inflate(self, position: float, yaw: float) -> None:
         """Trust the pose less by so many metres and radians."""
         self.covariance[[X, Y, YAW], [X, Y, YAW]] += np.square([position, position, yaw])
 
@@ -114,9 +114,9 @@ def limit(share: float, dimensions: int) -> float:
     return 2.0 * float(gammaincinv(dimensions / 2.0, share))
 
 
-def moved(mean: np.ndarray, wheel: float, gyro: float, seconds: float) -> np.ndarray:
+def motion_model(mean: np.ndarray, wheel: float, gyro: float, seconds: float) -> np.ndarray:
     """The states after an arc whose chord points half way between the headings before and after."""
-    distance, turn = wheel / (1.0 + mean[SCALE]), (gyro - mean[BIAS] * seconds) / (1.0 + mean[TURN])
+    distance, turn = wheel / (1.0 + mean[SCALE]), (gyro - mean[BIAS] * seconds) / (1.0 + mean[GYRO_SCALE])
     heading = mean[YAW] + 0.5 * turn
     after = mean.copy()
     after[X] += distance * math.cos(heading)
@@ -127,12 +127,12 @@ def moved(mean: np.ndarray, wheel: float, gyro: float, seconds: float) -> np.nda
 
 def motion_jacobians(mean: np.ndarray, wheel: float, gyro: float, seconds: float) -> tuple[np.ndarray, np.ndarray]:
     """Of `moved` by the states (n, n), and by distance, turn and bias (n, 3)."""
-    shorter, narrower = 1.0 / (1.0 + mean[SCALE]), 1.0 / (1.0 + mean[TURN])
+    shorter, narrower = 1.0 / (1.0 + mean[SCALE]), 1.0 / (1.0 + mean[GYRO_SCALE])
     distance, turn = wheel * shorter, (gyro - mean[BIAS] * seconds) * narrower
     ahead, aside = math.cos(mean[YAW] + 0.5 * turn), math.sin(mean[YAW] + 0.5 * turn)
     by_bias, by_scale = -seconds * narrower, -turn * narrower  # of the turn
     jacobian, noise = np.eye(len(mean)), np.zeros((len(mean), 3))
-    jacobian[YAW, BIAS], jacobian[YAW, TURN] = by_bias, by_scale
+    jacobian[YAW, BIAS], jacobian[YAW, GYRO_SCALE] = by_bias, by_scale
     for axis, along, across in ((X, ahead, -distance * aside), (Y, aside, distance * ahead)):
         half = 0.5 * across
         jacobian[axis, YAW:STATES] = across, half * by_bias, -distance * shorter * along, half * by_scale

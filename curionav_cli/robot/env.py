@@ -11,16 +11,16 @@ from typing import Any
 import gymnasium
 import numpy as np
 
-from curionav_cli.config.robot_schema import Turtlebot
 from curionav_cli.files import read_arrays, read_json, write_arrays
 from curionav_cli.records import Pose
-from curionav_cli.robot.base import Base
-from curionav_cli.robot.body import Body
-from curionav_cli.robot.homecoming import Homecoming, Link
+from curionav_cli.robot.charging_dock import ChargingDock
 from curionav_cli.robot.localiser import Localiser
-from curionav_cli.robot.matcher import Surfaces
+from curionav_cli.robot.ndt_matcher import NdtMap
 from curionav_cli.robot.occupancy import Occupancy
-from curionav_cli.robot.station import Station
+from curionav_cli.robot.return_to_dock import Link, ReturnToDock
+from curionav_cli.robot.robot_base import RobotBase
+from curionav_cli.robot.settings import Turtlebot
+from curionav_cli.robot.simulated_robot import SimulatedRobot
 from curionav_cli.world.env import NavigationEnv, Observation, told
 from curionav_cli.world.motion import FORWARD, HEADINGS, LEFT, RIGHT, STEP
 from curionav_cli.world.resets import seed_of
@@ -77,8 +77,8 @@ class RobotEnv(gymnasium.Wrapper):
         else:
             sensed, collided = self.body.drive(0.0, TURNS[action], seconds), False
         scan = self.body.scan()
-        self.localiser.feel(sensed, scan)
-        self.map.glance(self.localiser.pose, scan)
+        self.localiser.update(sensed, scan)
+        self.map.integrate_scan(self.localiser.pose, scan)
         earned = self.env.reward.land(*self.body.pose[:2])
         return self._observe(), earned, False, self.body.battery.low, self._info(collided)
 
@@ -90,13 +90,13 @@ class RobotEnv(gymnasium.Wrapper):
 
     def load(self, folder: Path) -> None:
         """Stand at the end of the saved episode: the next reset(seed=...) goes home from there."""
-        arrays = read_arrays(folder / "robot_map.npz", Occupancy.SAVED + Surfaces.SAVED)
+        arrays = read_arrays(folder / "robot_map.npz", Occupancy.SAVED + NdtMap.SAVED)
         self._restored = {**read_json(folder / "robot.json"), "map": arrays}
 
     def _begin(self, seed: int) -> None:
         start, self._seed = self.env.scene.plan.start, seed
-        station = Station(self.env.scene.dock, self.env.scene.plan.radius, self.profile.docking.contact)
-        self.body = Body(self.profile, np.random.default_rng([seed, STREAM]), station.outline)
+        station = ChargingDock(self.env.scene.dock, self.env.scene.plan.radius, self.profile.docking.contact)
+        self.body = SimulatedRobot(self.profile, np.random.default_rng([seed, STREAM]), station.outline)
         self.localiser = Localiser(self.profile, start)
         if self._restored:
             self.body.load(self._restored["body"])
@@ -115,8 +115,8 @@ class RobotEnv(gymnasium.Wrapper):
         """Drive home and dock, in the world of the episode that ends."""
         scene = self.env.scene
         light = np.random.default_rng([self._seed, DOCK_STREAM, self._episode])
-        base = Base(self.body, scene.dock, scene.plan.radius, self.profile, light)
-        return asdict(Homecoming(base, self.localiser, self.map, self.profile, scene.dock, self.link).run())
+        base = RobotBase(self.body, scene.dock, scene.plan.radius, self.profile, light)
+        return asdict(ReturnToDock(base, self.localiser, self.map, self.profile, scene.dock, self.link).run())
 
     def _blocked(self) -> bool:
         """Does the depth camera show something in the way of a forward move? What is too near it does not show."""

@@ -13,10 +13,10 @@ from collections.abc import Callable
 
 import numpy as np
 
-from curionav_cli.config.docking_schema import InfraredLight
 from curionav_cli.geometry import wrapped
 from curionav_cli.records import Pose
-from curionav_cli.robot.station import Station
+from curionav_cli.robot.charging_dock import ChargingDock
+from curionav_cli.robot.docking_settings import InfraredLight
 
 NEAR_LEFT, NEAR_CENTRE, NEAR_RIGHT, FAR_CENTRE, FAR_LEFT, FAR_RIGHT = 1, 2, 4, 8, 16, 32
 LEFT, CENTRE, RIGHT, NEAR = NEAR_LEFT | FAR_LEFT, NEAR_CENTRE | FAR_CENTRE, NEAR_RIGHT | FAR_RIGHT, 7
@@ -29,7 +29,7 @@ Sight = Callable[[float, float, float, float], bool]  # is the straight line bet
 class Infrared:
     """light: widths and ranges of sectors and receivers; sight: whether the scene blocks the light."""
 
-    def __init__(self, light: InfraredLight, station: Station, generator: np.random.Generator, sight: Sight):
+    def __init__(self, light: InfraredLight, station: ChargingDock, generator: np.random.Generator, sight: Sight):
         self.light, self.station, self.generator, self.sight = light, station, generator, sight
         self._recent: deque[Signals] = deque(maxlen=FILTER)
         self._fields = tuple((math.radians(axis), math.radians(half)) for axis, half in (

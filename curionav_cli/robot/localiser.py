@@ -8,11 +8,11 @@ from typing import Any
 
 import numpy as np
 
-from curionav_cli.config.robot_schema import Localisation, Turtlebot
 from curionav_cli.records import Pose
-from curionav_cli.robot.ekf import BIAS, SCALE, STATES, TURN, Ekf, motion_since
-from curionav_cli.robot.matcher import Surfaces
-from curionav_cli.robot.sensed import Scan, Sensed
+from curionav_cli.robot.ekf import BIAS, GYRO_SCALE, SCALE, STATES, Ekf, motion_since
+from curionav_cli.robot.measurements import Scan, Sensed
+from curionav_cli.robot.ndt_matcher import NdtMap
+from curionav_cli.robot.settings import Localisation, Turtlebot
 
 SPEED, RATE = 0.42, 0.3  # m/s and rad/s that a move may have had when a sensor was silent
 ANYWHERE = 10.0  # metres
@@ -42,7 +42,7 @@ class Localiser:
     def covariance(self) -> np.ndarray:
         return self.filter.covariance[:3, :3]
 
-    def feel(self, sensed: Sensed, scan: Scan | None = None) -> None:
+    def update(self, sensed: Sensed, scan: Scan | None = None) -> None:
         """One more move, and what the LiDAR saw after it."""
         if sensed.time <= self.time:
             self.stale += 1
@@ -70,12 +70,12 @@ class Localiser:
         the gyro was set to zero there but for a remainder, and the load is another."""
         profile = self.profile
         self.filter.forget()
-        self.surfaces = Surfaces()
-        self.filter.doubt(ANYWHERE, math.pi)
+        self.surfaces = NdtMap()
+        self.filter.inflate(ANYWHERE, math.pi)
         self.fix(pose, profile.filter.dock_position, math.radians(profile.filter.dock_yaw))
         self.filter.renew(BIAS, math.radians(profile.gyro.bias))
         self.filter.renew(SCALE, profile.odometry.scale)
-        self.filter.renew(TURN, profile.gyro.scale)
+        self.filter.renew(GYRO_SCALE, profile.gyro.scale)
 
     def save(self) -> dict[str, Any]:
         """All that `load` needs, but for the surfaces, which are arrays."""
@@ -115,15 +115,15 @@ class Localiser:
         if self.profile.localisation is Localisation.scan_to_map:
             self._lay(scan)
         else:
-            if scan.shift is not None and self.filter.remembers:
+            if scan.shift is not None and self.filter.has_clone:
                 self._weigh(*scan.shift)
-            self.filter.remember()
+            self.filter.clone_pose()
 
     def _lay(self, scan: Scan) -> None:
         """On the map of this episode, whose origin is the remembered pose of its first scan: what that is off by
         cannot be told from the map."""
-        if not self.filter.remembers:
-            self.filter.remember()
+        if not self.filter.has_clone:
+            self.filter.clone_pose()
         guess = Pose(*motion_since(self.filter.mean))
         blurred = self.filter.spread_since() > BLURRED**2
         around = LOST if self.lost else UNSURE if blurred else ((0.0,),)
@@ -159,5 +159,5 @@ class Localiser:
 
     def _doubt(self) -> None:
         settings = self.profile.filter
-        self.filter.doubt(settings.lost_position, math.radians(settings.lost_yaw))
+        self.filter.inflate(settings.lost_position, math.radians(settings.lost_yaw))
         self.filter.rejected = 0

@@ -11,7 +11,7 @@ import math
 import numpy as np
 
 from curionav_cli.records import Pose
-from curionav_cli.robot.sensed import Scan
+from curionav_cli.robot.measurements import Scan
 
 HIT, MISS, MOST = 0.9, 0.4, 3.5  # log-odds: added for a hit, taken for a passage, and their bound
 OCCUPIED = 0.5  # log-odds above which a cell is an obstacle
@@ -81,7 +81,7 @@ class Occupancy:
         past = length[ends] + 0.01  # a hit lies just inside what was hit
         self._add(pose[0] + cosine[ends] * past, pose[1] + sine[ends] * past, HIT + MISS)
 
-    def glance(self, pose: Pose, scan: Scan) -> None:
+    def integrate_scan(self, pose: Pose, scan: Scan) -> None:
         """Enter a scan unless the last one was taken at nearly the same place: a turn on the spot shows little new."""
         if math.hypot(pose[0] - self._entered[0], pose[1] - self._entered[1]) > MOVED:
             self.insert(pose, scan)

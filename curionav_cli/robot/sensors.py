@@ -6,11 +6,11 @@ import math
 
 import numpy as np
 
-from curionav_cli.config.robot_schema import Gyro, Odometry, Rays, ScanOdometry
 from curionav_cli.geometry import wrapped
 from curionav_cli.records import Pose
-from curionav_cli.robot.sensed import Scan, Shift
-from curionav_cli.robot.surroundings import Surroundings
+from curionav_cli.robot.collision_world import CollisionWorld
+from curionav_cli.robot.measurements import Scan, Shift
+from curionav_cli.robot.settings import Gyro, Odometry, Rays, ScanOdometry
 
 UNSEEN = 1.0  # metres; sd of a motion that the scans cannot tell
 GAP, SPAN = 0.5, 4
@@ -47,7 +47,7 @@ class Ranger:
         step = 2.0 * half / (settings.beams if settings.view == 360 else settings.beams - 1)
         self.bearing = -half + step * np.arange(settings.beams)
 
-    def scan(self, pose: Pose, around: Surroundings, time: float) -> Scan:
+    def scan(self, pose: Pose, around: CollisionWorld, time: float) -> Scan:
         """Ranges from a pose; nothing is seen that is nearer than `blind` metres, nor through it."""
         angle = pose.yaw + self.bearing
         found = around.ranges(pose.x, pose.y, np.cos(angle), np.sin(angle), self.settings.far)

@@ -11,10 +11,10 @@ import numpy as np
 from gymnasium import spaces
 
 from curionav_cli.world import motion
-from curionav_cli.world.render import FAR, SIDE, Renderer
+from curionav_cli.world.render.renderer import FAR, SIDE, Renderer
 from curionav_cli.world.resets import Place, check_render_mode, episode_of, seed_of
 from curionav_cli.world.reward import Reward
-from curionav_cli.world.scene import Scene
+from curionav_cli.world.scene.scene import Scene
 
 Observation = dict[str, np.ndarray]
 METADATA: dict[str, Any] = {"render_modes": ["rgb_array"], "render_fps": 10}

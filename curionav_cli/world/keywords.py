@@ -8,11 +8,11 @@ from dataclasses import fields
 from inspect import signature
 from typing import Any
 
-from curionav_cli.config.schema import Env
 from curionav_cli.errors import UserError
-from curionav_cli.world.scene import Scene
-from curionav_cli.world.scene_file import plain
-from curionav_cli.world.scene_format import hint
+from curionav_cli.world.scene.scene import Scene
+from curionav_cli.world.scene.scene_file import plain
+from curionav_cli.world.scene.scene_format import hint
+from curionav_cli.world.settings import Env
 
 SETTINGS = [field.name for field in fields(Env)]
 

@@ -26,7 +26,7 @@ def register() -> None:
     for name, scene in SCENES.items():
         if name not in registry:
             register_one(name, entry_point="curionav_cli.world.registration:make", kwargs={"scene": scene},
-                         vector_entry_point="curionav_cli.world.vector:make", max_episode_steps=STEPS)
+                         vector_entry_point="curionav_cli.world.vector_env:make", max_episode_steps=STEPS)
 
 
 def make(scene: str, render_mode: str | None = None, reward: str = "none", reset_mode: str = "restart",

@@ -5,7 +5,7 @@ import torch
 
 from curionav_cli.agents import arithmetic
 from curionav_cli.agents.arithmetic import Rates, faster, native, quick, rate
-from curionav_cli.config.agent_schema import Precision
+from curionav_cli.agents.lbs_dreamer.settings import Precision
 
 EPYC = "processor : 0\nflags : fpu avx2 fma\n\n"
 XEON = "processor : 0\nflags : fpu avx2 avx512f avx512_bf16 amx_bf16 amx_tile\n\n"

@@ -16,9 +16,9 @@ from curionav_cli.config.settings import read_settings
 from curionav_cli.files import read_json, sealed
 from curionav_cli.records import Episode, FloorPlan, Pose
 from curionav_cli.storage import checkpoint
-from curionav_cli.world.rosmap import read_map
-from curionav_cli.world.scene import Scene
-from curionav_cli.world.scene_file import plain
+from curionav_cli.world.scene.ros_map import read_map
+from curionav_cli.world.scene.scene import Scene
+from curionav_cli.world.scene.scene_file import plain
 
 Sample = tuple[Path, Callable[[Path], Any]]
 

@@ -29,10 +29,10 @@ from PIL import Image
 from samples import READERS, Sample, a_map, a_picture, a_scene, an_episode
 
 from curionav_cli.errors import RunFolderError, UserError
-from curionav_cli.world.image_file import FORMATS, PACKED
-from curionav_cli.world.scene import Scene
-from curionav_cli.world.scene_file import plain
-from curionav_cli.world.visitable import CELLS
+from curionav_cli.world.scene.map_image import FORMATS, PACKED
+from curionav_cli.world.scene.reachability import CELLS
+from curionav_cli.world.scene.scene import Scene
+from curionav_cli.world.scene.scene_file import plain
 
 hypothesis = pytest.importorskip("hypothesis", reason="needs the extra dev")
 from hypothesis import HealthCheck, given, settings  # noqa: E402

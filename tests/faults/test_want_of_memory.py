@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 import torch
 
-from curionav_cli.commands.endings import ended, out_of_memory
 from curionav_cli.errors import RunFailed
+from curionav_cli.execution.interrupts import ended, out_of_memory
 from curionav_cli.storage.run_folder import RunFolder
 
 HUGE = 2**46

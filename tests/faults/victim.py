@@ -18,21 +18,22 @@ from pathlib import Path
 from types import FrameType
 from typing import Any
 
-import curionav_cli.commands.predictions  # noqa: F401  (warm: what a run imports late)
+import curionav_cli.results.prediction.figures  # noqa: F401  (warm: what a run imports late)
 from curionav_cli import app
 from curionav_cli import loop as life
 from curionav_cli.agents.lbs_dreamer.agent import LBSDreamer
 from curionav_cli.commands import explore
-from curionav_cli.commands.recorder import Recorder
+from curionav_cli.execution import exploration
+from curionav_cli.execution.recorder import Recorder
 from curionav_cli.results import plots, tables  # noqa: F401
 from curionav_cli.storage.run_folder import RunFolder
 
 PHASES: dict[str, list[tuple[Any, str]]] = {
     "beginning": [(RunFolder, "create")],
     "acting": [(life, "run_episode")],
-    "training": [(LBSDreamer, "learn"), (LBSDreamer, "foresee")],
+    "training": [(LBSDreamer, "learn"), (LBSDreamer, "predict")],
     "saving": [(Recorder, "keep"), (RunFolder, "save_episode"), (RunFolder, "save_foresight")],
-    "drawing": [(explore, "draw")],
+    "drawing": [(exploration, "draw")],
     "writing": [(explore, "work")],
 }
 WRITES = {"write", "writelines", "pwrite", "fsync", "mkdir", "rename", "replace", "truncate"}

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from curionav_cli.commands.recorder import belief
+from curionav_cli.execution.recorder import belief
 from curionav_cli.results import beliefs
 from curionav_cli.results.runs import Run, homecomings
 from curionav_cli.storage.run_folder import RunFolder

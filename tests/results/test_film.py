@@ -61,5 +61,5 @@ def test_a_film_made_again_is_the_same_file(tmp_path: Path, plan: FloorPlan, epi
 def test_the_start_is_a_blue_square(a_plan) -> None:
     plan = a_plan(20, 20)
     plan = FloorPlan(**{**vars(plan), "start": Pose(1.0, 0.5, 0.0)})
-    drawn = film.View(plan).drawn
+    drawn = film.PlanView(plan).drawn
     assert (drawn[film.SIDE * 3 // 4, film.SIDE // 2] == (29, 78, 216)).all()

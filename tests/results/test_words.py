@@ -10,9 +10,9 @@ from pathlib import Path
 import pytest
 from rich.console import Console
 
-from curionav_cli.commands.progress import duration
 from curionav_cli.commands.summary import print_columns
-from curionav_cli.commands.words import file_name
+from curionav_cli.execution.progress import duration
+from curionav_cli.files import file_name
 from curionav_cli.records import DockReport
 from curionav_cli.results import docking_plots
 from curionav_cli.results.docking import counted

@@ -7,11 +7,11 @@ from dataclasses import replace
 import pytest
 from hydra.types import RunMode
 
-from curionav_cli.config.robot_schema import Turtlebot
 from curionav_cli.config.settings import as_settings
 from curionav_cli.config.sources import MAIN, opened
-from curionav_cli.world.scene import Scene
-from curionav_cli.world.scene_file import plain
+from curionav_cli.robot.settings import Turtlebot
+from curionav_cli.world.scene.scene import Scene
+from curionav_cli.world.scene.scene_file import plain
 
 
 def profile_of(*words: str) -> Turtlebot:

@@ -10,27 +10,27 @@ from typing import Any
 import numpy as np
 
 from curionav_cli import build
-from curionav_cli.config.mistakes import Mistakes
-from curionav_cli.config.preflight import compose
+from curionav_cli.config.compose import compose
+from curionav_cli.config.override_errors import OverrideErrors
 from curionav_cli.config.schema import Config
 from curionav_cli.config.sources import opened
 from curionav_cli.records import Pose
-from curionav_cli.robot.base import Base
-from curionav_cli.robot.body import Body
-from curionav_cli.robot.docking.nouns import Feedback, Goal
+from curionav_cli.robot.charging_dock import ChargingDock
+from curionav_cli.robot.docking.action import Feedback, Goal
 from curionav_cli.robot.docking.server import Docking
-from curionav_cli.robot.homing import Homing
 from curionav_cli.robot.localiser import Localiser
+from curionav_cli.robot.navigation import Navigator
 from curionav_cli.robot.occupancy import Occupancy
-from curionav_cli.robot.station import Station
-from curionav_cli.world.scene import Scene
+from curionav_cli.robot.robot_base import RobotBase
+from curionav_cli.robot.simulated_robot import SimulatedRobot
+from curionav_cli.world.scene.scene import Scene
 
 
 @cache
 def composed(env: str = "small_room", robot: str = "turtlebot2i") -> tuple[Config, Scene]:
     words = [f"env={env}", f"robot={robot}", "agent=bounce"]
     with opened("dock") as hydra:
-        settings, _ = compose(hydra, Mistakes(hydra, words), words)
+        settings, _ = compose(hydra, OverrideErrors(hydra, words), words)
     return settings, build.scene(settings)
 
 
@@ -47,14 +47,14 @@ class Dockside:
         place = np.array(dock[:2]) + at[0] * ahead + at[1] * aside
         wrong = believed[0] * ahead + believed[1] * aside
         yaw = dock.yaw + math.pi + math.radians(at[2])
-        station = Station(dock, self.scene.plan.radius, self.profile.docking.contact)
-        self.body = Body(self.profile, np.random.default_rng(seed), station.outline)
+        station = ChargingDock(dock, self.scene.plan.radius, self.profile.docking.contact)
+        self.body = SimulatedRobot(self.profile, np.random.default_rng(seed), station.outline)
         self.body.enter(self.scene, Pose(float(place[0]), float(place[1]), yaw))
-        self.base = Base(self.body, dock, self.scene.plan.radius, self.profile, np.random.default_rng(seed + 1))
+        self.base = RobotBase(self.body, dock, self.scene.plan.radius, self.profile, np.random.default_rng(seed + 1))
         self.localiser = Localiser(self.profile, Pose(float(place[0] + wrong[0]), float(place[1] + wrong[1]), yaw))
         self.map = Occupancy()
         self.map.insert(self.localiser.pose, self.body.scan())
-        self.homing = Homing(self.base, self.localiser, self.map, self.scene.plan.radius, self.profile.step)
+        self.homing = Navigator(self.base, self.localiser, self.map, self.scene.plan.radius, self.profile.step)
         self.server = Docking(self.base, self.localiser, self.homing, self.profile.docking)
 
     def ask(self, navigate: bool = True) -> Dockside:

@@ -5,14 +5,14 @@ import pytest
 
 from curionav_cli.robot.ekf import (
     BIAS,
+    GYRO_SCALE,
     SCALE,
-    TURN,
     YAW,
     Ekf,
     limit,
     motion_jacobians,
+    motion_model,
     motion_since,
-    moved,
     since_jacobian,
 )
 
@@ -30,11 +30,12 @@ def slope(function, at, step=1e-6):
 @pytest.mark.parametrize(("wheel", "gyro", "seconds"), [(0.25, 0.0, 0.6), (0.0, -0.17, 0.6), (-0.1, 0.3, 0.1)])
 def test_the_jacobians_of_a_move_are_its_derivatives(mean, wheel, gyro, seconds):
     by_state, by_noise = motion_jacobians(mean, wheel, gyro, seconds)
-    assert by_state == pytest.approx(slope(lambda m: moved(m, wheel, gyro, seconds), mean), abs=1e-8)
+    assert by_state == pytest.approx(slope(lambda m: motion_model(m, wheel, gyro, seconds), mean), abs=1e-8)
     distance = wheel / (1 + mean[SCALE])
 
     def noisy(noise):  # distance and turn of the robot itself, and the bias after the move
-        after = moved(mean, (distance + noise[0]) * (1 + mean[SCALE]), gyro + noise[1] * (1 + mean[TURN]), seconds)
+        after = motion_model(mean, (distance + noise[0]) * (1 + mean[SCALE]), gyro + noise[1] * (1 + mean[GYRO_SCALE]),
+                             seconds)
         after[BIAS] += noise[2]
         return after
     assert by_noise == pytest.approx(slope(noisy, np.zeros(3)), abs=1e-8)
@@ -47,7 +48,7 @@ def test_the_jacobian_of_a_scan_to_scan_motion_is_its_derivative():
 def test_a_wrong_jacobian_would_be_seen():
     by_state, _ = motion_jacobians(MEAN, 0.25, 0.1, 0.6)
     by_state[0, BIAS] = 0.0  # as if the heading did not depend on the bias half way through the move
-    assert by_state != pytest.approx(slope(lambda m: moved(m, 0.25, 0.1, 0.6), MEAN), abs=1e-8)
+    assert by_state != pytest.approx(slope(lambda m: motion_model(m, 0.25, 0.1, 0.6), MEAN), abs=1e-8)
 
 
 def test_the_limit_of_the_gate_is_the_chi_square_quantile():
@@ -94,7 +95,7 @@ def test_a_measurement_that_is_not_a_number_changes_nothing():
 
 def test_what_is_remembered_is_the_pose_of_then():
     ekf = start()
-    ekf.remember()
+    ekf.clone_pose()
     assert motion_since(ekf.mean) == pytest.approx([0, 0, 0])
     ekf.predict(0.25, 0.0, 0.6, (1e-4, 1e-6, 1e-12))
     turn = -0.006 / 0.98
@@ -102,14 +103,14 @@ def test_what_is_remembered_is_the_pose_of_then():
     assert motion_since(ekf.mean) == pytest.approx(expected, abs=1e-9)
     spread = since_jacobian(ekf.mean) @ ekf.covariance @ since_jacobian(ekf.mean).T
     assert spread[0, 0] == pytest.approx(1e-4 + (0.25 / 1.03**2 * 0.01) ** 2, rel=0.02), "the sd of then cancels"
-    ekf.remember()
+    ekf.clone_pose()
     assert ekf.mean.shape == (9,) and ekf.covariance.shape == (9, 9)
 
 
 def test_a_motion_told_exactly_corrects_the_scale_of_the_wheels():
     ekf = Ekf(np.zeros(6), np.diag(np.square([0.1, 0.1, 0.1, 1e-9, 0.05, 1e-9])))
     for _ in range(50):
-        ekf.remember()
+        ekf.clone_pose()
         ekf.predict(0.26, 0.0, 0.6, (1e-6, 1e-8, 1e-14))
         assert ekf.update_motion(np.array([0.25, 0.0, 0.0]), 1e-6 * np.eye(3))
     assert ekf.mean[SCALE] == pytest.approx(0.04, abs=0.002) and ekf.mean[0] == pytest.approx(12.5, abs=0.03)
@@ -118,11 +119,11 @@ def test_a_motion_told_exactly_corrects_the_scale_of_the_wheels():
 @pytest.mark.parametrize("steps", [3000, pytest.param(100_000, marks=pytest.mark.slow)])
 def test_the_covariance_stays_one(steps):
     ekf, rng = start(), np.random.default_rng(0)
-    ekf.remember()
+    ekf.clone_pose()
     for step in range(steps):
         ekf.predict(0.25, rng.normal(0, 0.2), 0.6, (5e-5, 5e-7, 7e-11))
         ekf.update_motion(motion_since(ekf.mean), np.diag([1e-4, 1e-4, 2e-5]))
-        ekf.remember()
+        ekf.clone_pose()
         if step % 500 == 0:
             ekf.update_pose(ekf.mean[:3].copy(), np.diag([1e-4, 1e-4, 3e-4]))
     own = ekf.covariance[:6, :6]

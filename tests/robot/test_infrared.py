@@ -8,17 +8,17 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from curionav_cli.config.docking_schema import Approach as Speeds
-from curionav_cli.config.docking_schema import Contact, InfraredLight
 from curionav_cli.records import Pose
+from curionav_cli.robot.charging_dock import ChargingDock
 from curionav_cli.robot.docking.approach import Approach, State
+from curionav_cli.robot.docking_settings import Approach as Speeds
+from curionav_cli.robot.docking_settings import Contact, InfraredLight
 from curionav_cli.robot.infrared import CENTRE, LEFT, NEAR, RIGHT, Infrared, sectors
-from curionav_cli.robot.station import Station
 
 LIGHT = InfraredLight(range=3.0, near=0.5, cone=22.0, centre_sector=6.0, overlap=2.0, centre_width=14.0,
                       side_axis=55.0, side_width=40.0, missed=0.0)
 SPEEDS = Speeds(scan=0.66, crawl=0.1, find=0.33, stream=0.05, far=0.1, far_turn=0.3, near=0.05, near_turn=0.1, stuck=15)
-STATION = Station(Pose(2.0, 1.0, math.pi / 2), 0.18, Contact(0.04, 15.0))
+STATION = ChargingDock(Pose(2.0, 1.0, math.pi / 2), 0.18, Contact(0.04, 15.0))
 FACING = -math.pi / 2  # the yaw of a robot that looks at this station
 
 

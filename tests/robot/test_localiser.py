@@ -5,17 +5,17 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from curionav_cli.agents.wanderers import Bounce
-from curionav_cli.config.robot_schema import Localisation
+from curionav_cli.agents.baselines import Bounce
 from curionav_cli.geometry import wrapped
 from curionav_cli.records import Pose
-from curionav_cli.robot.body import Body
 from curionav_cli.robot.ekf import BIAS, YAW, X, Y
 from curionav_cli.robot.env import RobotEnv
 from curionav_cli.robot.localiser import Localiser
-from curionav_cli.robot.sensed import Scan, Sensed, Shift
+from curionav_cli.robot.measurements import Scan, Sensed, Shift
+from curionav_cli.robot.settings import Localisation
+from curionav_cli.robot.simulated_robot import SimulatedRobot
 from curionav_cli.world.env import NavigationEnv
-from curionav_cli.world.scene import Scene
+from curionav_cli.world.scene.scene import Scene
 
 SEEDS, STEPS, SLICE = 100, 300, 50
 MEAN_BAND = 2.44, 3.63  # of the mean of 100 chi-squares of 3, 99 % (normal approximation: 3 +- 2.58 sqrt(6 / 100))
@@ -47,7 +47,7 @@ def blind(turtlebot):
 
 def a_robot(profile, scene, seed, believed=None):
     """A body and a localiser that starts as an episode does."""
-    body = Body(profile, np.random.default_rng([seed, 0]))
+    body = SimulatedRobot(profile, np.random.default_rng([seed, 0]))
     offset = np.random.default_rng([seed, 1]).standard_normal(3)
     spread = (profile.filter.dock_position, profile.filter.dock_position, np.radians(profile.filter.dock_yaw))
     body.enter(scene, np.array(scene.plan.start) + offset * spread)
@@ -62,7 +62,7 @@ def wander(body, localiser, rng, steps, scans=False):
             turns, side = int(rng.integers(3, 19)), int(rng.choice([-1, 1]))
         sensed = body.drive(0.0, side * np.radians(10), 0.6) if turns else body.drive(0.25, 0.0, 0.6)
         turns = max(0, turns - 1)
-        localiser.feel(sensed, body.scan() if scans else None)
+        localiser.update(sensed, body.scan() if scans else None)
         yield sensed
 
 
@@ -169,19 +169,19 @@ def scan_at(time, shift=None):
 
 
 def test_what_comes_late_or_twice_is_not_used(localiser):
-    localiser.feel(Sensed(0.25, 0.0, 0.6, 0.6), scan_at(0.6))
-    localiser.feel(Sensed(0.25, 0.0, 0.6, 1.2), scan_at(1.2, shift_of()))
+    localiser.update(Sensed(0.25, 0.0, 0.6, 0.6), scan_at(0.6))
+    localiser.update(Sensed(0.25, 0.0, 0.6, 1.2), scan_at(1.2, shift_of()))
     mean, covariance = localiser.filter.mean.copy(), localiser.filter.covariance.copy()
-    localiser.feel(Sensed(0.25, 0.0, 0.6, 1.2), scan_at(1.2, shift_of()))  # again
-    localiser.feel(Sensed(0.25, 0.0, 0.6, 0.6), scan_at(0.6, shift_of()))  # late
+    localiser.update(Sensed(0.25, 0.0, 0.6, 1.2), scan_at(1.2, shift_of()))  # again
+    localiser.update(Sensed(0.25, 0.0, 0.6, 0.6), scan_at(0.6, shift_of()))  # late
     assert localiser.stale == 4
     assert np.array_equal(localiser.filter.mean, mean) and np.array_equal(localiser.filter.covariance, covariance)
 
 
 def test_a_scan_that_tells_nonsense_is_left_out(localiser):
-    localiser.feel(Sensed(0.25, 0.0, 0.6, 0.6), scan_at(0.6))
+    localiser.update(Sensed(0.25, 0.0, 0.6, 0.6), scan_at(0.6))
     nonsense = Shift(np.array([np.nan, 0.0, 0.0]), np.eye(3))
-    localiser.feel(Sensed(0.25, 0.0, 0.6, 1.2), scan_at(1.2, nonsense))
+    localiser.update(Sensed(0.25, 0.0, 0.6, 1.2), scan_at(1.2, nonsense))
     assert np.isfinite(localiser.filter.mean).all() and np.isfinite(localiser.filter.covariance).all()
 
 
@@ -199,7 +199,7 @@ def test_a_sensor_silent_for_five_seconds_makes_it_unsure_and_no_more(blind, emp
 def test_wheels_that_slip_are_noticed_by_the_scans(localiser):
     """The wheels say 0.25 m a step, the scans nothing: a bumper that is silent."""
     for step in range(1, 8):
-        localiser.feel(Sensed(0.25, 0.0, 0.6, 0.6 * step), scan_at(0.6 * step, shift_of(0.0 if step > 3 else 0.25)))
+        localiser.update(Sensed(0.25, 0.0, 0.6, 0.6 * step), scan_at(0.6 * step, shift_of(0.0 if step > 3 else 0.25)))
     assert localiser.slips >= 1
     assert localiser.pose.x - 200.0 == pytest.approx(0.75, abs=0.08)
 
@@ -209,13 +209,13 @@ def test_one_that_was_carried_away_notices_and_finds_itself_again(turtlebot, sma
     profile = replace(turtlebot, localisation=Localisation.scan_to_map)
     body, localiser = a_robot(profile, small_room, 4)
     for move in [(0.25, 0.0)] * 3 + [(0.0, np.radians(10))] * 36:
-        localiser.feel(body.drive(*move, 0.6), body.scan())
+        localiser.update(body.drive(*move, 0.6), body.scan())
     settled = np.hypot(*error(body, localiser)[:2])
     x, y, yaw = body.pose
     body.pose = Pose(x + 0.25, y + 0.15, yaw + np.radians(10))
     lost = []
     for _ in range(profile.filter.patience + 5):
-        localiser.feel(body.drive(0.0, 0.0, 0.6), body.scan())
+        localiser.update(body.drive(0.0, 0.0, 0.6), body.scan())
         lost.append(localiser.lost)
     assert any(lost) and not lost[-1]
     assert np.hypot(*error(body, localiser)[:2]) < settled + 0.05
@@ -239,7 +239,7 @@ def test_along_an_aisle_scans_tell_nothing_and_across_it_much(turtlebot, blind):
         body, localiser = a_robot(profile, aisle, 0)
         localiser.filter.covariance[:3, :3] = 0.0
         for _ in range(40):
-            localiser.feel(body.drive(0.25, 0.0, 0.6), body.scan())
+            localiser.update(body.drive(0.25, 0.0, 0.6), body.scan())
         sd[profile.localisation] = np.sqrt(np.diag(localiser.covariance))
     assert sd[Localisation.scan_odometry][X] == pytest.approx(sd[Localisation.none][X], rel=0.05)
     assert sd[Localisation.scan_odometry][Y] < 0.3 * sd[Localisation.scan_odometry][X]

@@ -12,9 +12,9 @@ import pytest
 
 import curionav_cli
 from curionav_cli.records import Pose
+from curionav_cli.robot.measurements import Scan
 from curionav_cli.robot.occupancy import BLOCK, Occupancy
 from curionav_cli.robot.planner import NEIGHBOURS, nearest_open, plan, prices
-from curionav_cli.robot.sensed import Scan
 
 BEARING = np.linspace(-math.pi, math.pi, 180, endpoint=False) + 0.01
 
@@ -145,7 +145,7 @@ def test_a_robot_that_stands_too_close_may_leave() -> None:
     assert not np.isfinite(plan(known, 0.25, 0.85, at).at(1.25, 0.45))
 
 
-@pytest.mark.parametrize("module", ["occupancy", "planner", "homing", "docking/server", "docking/approach",
+@pytest.mark.parametrize("module", ["occupancy", "planner", "navigation", "docking/server", "docking/approach",
                                     "docking/client", "docking/recoveries", "localiser", "ekf"])
 def test_who_finds_the_way_cannot_see_the_true_world(module: str) -> None:
     """Neither it nor anything it imports, at any distance, is the world or the true body."""
@@ -162,5 +162,5 @@ def test_who_finds_the_way_cannot_see_the_true_world(module: str) -> None:
             todo += [file for file in files - seen if file.is_file()]
     inside = {path.relative_to(package).as_posix() for path in seen}
     assert f"robot/{module}.py" in inside
-    assert not [name for name in inside if name.startswith("world/") or name == "robot/body.py"
-                or name in ("robot/surroundings.py", "robot/base.py")]
+    assert not [name for name in inside if name.startswith("world/") or name == "robot/simulated_robot.py"
+                or name in ("robot/collision_world.py", "robot/robot_base.py")]

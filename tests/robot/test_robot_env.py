@@ -12,7 +12,7 @@ from gymnasium.error import ResetNeeded
 from gymnasium.utils.env_checker import check_env
 from test_resume import KILLED
 
-from curionav_cli.agents.wanderers import Bounce
+from curionav_cli.agents.baselines import Bounce
 from curionav_cli.loop import run_episode
 from curionav_cli.records import Episode
 from curionav_cli.robot.env import RobotEnv
@@ -88,7 +88,7 @@ def test_what_is_in_the_blind_zone_is_driven_into_and_the_scans_notice(small_roo
     env.body.pose = env.body.pose._replace(x=0.2, y=2.0, yaw=np.pi)
     env.body.silent.add("bumper")
     env.localiser.depart(env.body.pose)
-    env.localiser.feel(env.body.drive(0.0, 0.0, 0.6), env.body.scan())
+    env.localiser.update(env.body.drive(0.0, 0.0, 0.6), env.body.scan())
     before, pose = env.localiser.slips, env.body.pose
     assert not env._blocked()
     for _ in range(3):

@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from curionav_cli.world.scene import Scene
-from curionav_cli.world.scene_file import plain
+from curionav_cli.world.scene.scene import Scene
+from curionav_cli.world.scene.scene_file import plain
 
 SMALL: dict[str, Any] = {
     "name": "cell", "size": [3.0, 2.0], "cell": 0.1, "radius": 0.15, "camera": 0.45, "height": 2.4,

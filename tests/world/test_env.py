@@ -11,15 +11,16 @@ from gymnasium.error import Error, ResetNeeded
 from gymnasium.utils.env_checker import check_env
 
 from curionav_cli.errors import MapError, SceneError
-from curionav_cli.world import dynamics, motion
+from curionav_cli.world import motion
 from curionav_cli.world.env import NavigationEnv
 from curionav_cli.world.motion import HEADINGS
 from curionav_cli.world.registration import SCENES, register
-from curionav_cli.world.render import Renderer
+from curionav_cli.world.render.renderer import Renderer
 from curionav_cli.world.reward import REWARDS, Reward
-from curionav_cli.world.scene import Scene
-from curionav_cli.world.scene_file import plain
-from curionav_cli.world.scene_format import Move
+from curionav_cli.world.scene import dynamics
+from curionav_cli.world.scene.scene import Scene
+from curionav_cli.world.scene.scene_file import plain
+from curionav_cli.world.scene.scene_format import Move
 
 FORWARD, LEFT, RIGHT = 0, 1, 2
 

@@ -6,17 +6,7 @@ import numpy as np
 import pytest
 
 from curionav_cli.geometry import rectangle_distance
-from curionav_cli.world.motion import (
-    COLLISIONS,
-    COS,
-    HEADINGS,
-    SIN,
-    STEP,
-    _share,
-    forward,
-    forward_clear,
-    free_share,
-)
+from curionav_cli.world.motion import COLLISIONS, COS, HEADINGS, SIN, STEP, _share, forward, forward_clear, free_share
 
 
 def test_the_circle_is_exact_at_the_quarters_and_symmetric() -> None:

@@ -21,20 +21,20 @@ import numpy as np
 import torch
 
 from curionav_cli.agents.agent import Agent
+from curionav_cli.agents.cbet import settings as cbet_settings
 from curionav_cli.agents.cbet.acting import actor
 from curionav_cli.agents.cbet.checkpoint import load_learner, load_memory, save_learner, save_memory
 from curionav_cli.agents.cbet.learner import Learner, build_networks
-from curionav_cli.agents.cbet.life import Life
 from curionav_cli.agents.cbet.rewards import REWARDS
-from curionav_cli.agents.cbet.rewards.reward import Kit
+from curionav_cli.agents.cbet.rewards.reward import RewardContext
+from curionav_cli.agents.cbet.transitions import Transitions
 from curionav_cli.agents.cbet.unrolls import Acted, Unroll, cut, together
 from curionav_cli.agents.device import keep_memory, repeatable, resolve_device
 from curionav_cli.agents.meter import Meter, finite
-from curionav_cli.config import cbet_schema
 from curionav_cli.errors import RunFailed
 from curionav_cli.records import Episode
 from curionav_cli.storage.replay import Replay
-from curionav_cli.world.scene import Scene
+from curionav_cli.world.scene.scene import Scene
 
 
 class CBET(Agent):
@@ -46,14 +46,14 @@ class CBET(Agent):
     learns = True
     on_policy = True
 
-    def __init__(self, hyper: cbet_schema.CBET, seed: int, device: str, world: Scene, engine: str):
+    def __init__(self, hyper: cbet_settings.CBET, seed: int, device: str, world: Scene, engine: str):
         super().__init__(seed)
         self.hyper, self.device, self.plan = hyper, resolve_device(device), world.plan
         repeatable(self.device)
         keep_memory()
         weights, numbers = (int(n) for n in self.rng.integers(2**62, size=2))
         networks = build_networks(hyper, torch.Generator().manual_seed(weights), self.device)
-        reward = REWARDS[hyper.reward.value](Kit(hyper, world, engine, seed, numbers), networks.reward)
+        reward = REWARDS[hyper.reward.value](RewardContext(hyper, world, engine, seed, numbers), networks.reward)
         self.learner = Learner(hyper, networks, reward)
         self.waiting: list[Unroll] = []
         self.seen = np.zeros((hyper.environments, world.plan.visitable.size), bool)
@@ -84,8 +84,8 @@ class CBET(Agent):
         """
         if not iterations:
             return {}
-        life = Life(self.own(replay.episode(-1)), self.episode, self.episode % self.hyper.environments)
-        bonus, watch = self.learner.reward.lived(life)
+        life = Transitions(self.own(replay.episode(-1)), self.episode, self.episode % self.hyper.environments)
+        bonus, watch = self.learner.reward.episode_bonus(life)
         self.waiting += cut(life, self.acted, bonus, self.hyper.unroll)
         meter, done = Meter(), 0
         while len(self.waiting) >= self.hyper.batch_size:
@@ -96,7 +96,7 @@ class CBET(Agent):
         learned = finite(meter.read(), self.learner.updates, "agent.lr")
         return {**learned, **watch, **self.account(life)}
 
-    def account(self, life: Life) -> dict[str, float]:
+    def account(self, life: Transitions) -> dict[str, float]:
         """What it did and what it cost: updates and the frames they read, both since the run began."""
         row, column = self.plan.cells(*life.episode.pose[1:, :2].T)
         self.seen[life.environment, row * self.plan.visitable.shape[1] + column] = True

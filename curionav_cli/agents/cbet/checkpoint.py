@@ -52,7 +52,7 @@ def save_memory(learner: Learner, waiting: Waiting, seen: np.ndarray, folder: Pa
     for field, parts in zip(Unroll._fields, zip(*waiting, strict=True)):
         arrays[f"waiting/{field}"] = np.stack(parts)
     write_tensors(folder / MEMORY, {name: torch.from_numpy(array) for name, array in arrays.items()})
-    dice = [stream.bit_generator.state for stream in reward.dice]
+    dice = [stream.bit_generator.state for stream in reward.generators]
     numbers = {"updates": learner.updates, "numbers": reward.numbers, "dice": dice,
                "alarm": reward.alarm.state()}
     write_whole(folder / NUMBERS, lambda file: file.write(json.dumps(numbers).encode()))
@@ -66,7 +66,7 @@ def load_memory(learner: Learner, folder: Path) -> tuple[Waiting, np.ndarray]:
                              "Use the seed of that run.")
     learner.updates = numbers["updates"]
     learner.reward.alarm.load_state(numbers.get("alarm", learner.reward.alarm.state()))  # older ones have none
-    for stream, state in zip(learner.reward.dice, numbers["dice"], strict=True):
+    for stream, state in zip(learner.reward.generators, numbers["dice"], strict=True):
         stream.bit_generator.state = state
     for name, counts in learner.reward.counts.items():
         counts.load_state({path: tensor.numpy() for path, tensor in below(f"counts/{name}", tensors).items()})

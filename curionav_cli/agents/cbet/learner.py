@@ -9,27 +9,27 @@ import torch
 import torch.nn.functional as F
 from torch import Tensor, nn
 
-from curionav_cli.agents.cbet.life import KINDS
+from curionav_cli.agents.cbet import settings as cbet_settings
 from curionav_cli.agents.cbet.network import Memory, PolicyNetwork, initialise
 from curionav_cli.agents.cbet.rewards import REWARDS, Reward
 from curionav_cli.agents.cbet.rms import RunningRMS
+from curionav_cli.agents.cbet.transitions import KINDS
 from curionav_cli.agents.cbet.unrolls import Batch
 from curionav_cli.agents.cbet.vtrace import vtrace
 from curionav_cli.agents.optimiser import ClippedOptimiser
-from curionav_cli.config import cbet_schema
 
 
 class Networks(nn.Module):
     """Everything with weights, the reward's own included; what `weights.safetensors` holds."""
 
-    def __init__(self, hyper: cbet_schema.CBET):
+    def __init__(self, hyper: cbet_settings.CBET):
         super().__init__()
         self.policy = PolicyNetwork(hyper)
         self.reward = REWARDS[hyper.reward.value].build(hyper)
         self.rms = RunningRMS(hyper.rms_momentum)
 
 
-def build_networks(hyper: cbet_schema.CBET, generator: torch.Generator, device: torch.device) -> Networks:
+def build_networks(hyper: cbet_settings.CBET, generator: torch.Generator, device: torch.device) -> Networks:
     """Made without drawing from torch's global generator, the same on every device."""
     with torch.device("meta"):
         networks = Networks(hyper)
@@ -43,7 +43,7 @@ def build_networks(hyper: cbet_schema.CBET, generator: torch.Generator, device: 
 class Learner:
     """Networks, their optimisers, and the reward that they learn for. `updates` counts what was done."""
 
-    def __init__(self, hyper: cbet_schema.CBET, networks: Networks, reward: Reward):
+    def __init__(self, hyper: cbet_settings.CBET, networks: Networks, reward: Reward):
         self.hyper, self.networks, self.reward = hyper, networks, reward
         self.updates = 0
         learning = {"policy": networks.policy, **{f"reward_{name}": part for name, part in networks.reward.items()}}
@@ -52,7 +52,7 @@ class Learner:
 
     def update(self, batch: Batch) -> dict[str, Tensor]:
         """One step of every optimiser; scalars of it, still on the device."""
-        surprise, loss = self.reward.surprise(batch)
+        surprise, loss = self.reward.learned_bonus(batch)
         reward, metrics = self.scaled(batch.bonus * surprise)
         policy_loss, more = self.policy_loss(batch, reward)
         (policy_loss + loss).backward()

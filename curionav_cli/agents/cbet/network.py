@@ -12,7 +12,7 @@ import torch
 import torch.nn.functional as F
 from torch import Tensor, nn
 
-from curionav_cli.config import cbet_schema
+from curionav_cli.agents.cbet import settings as cbet_settings
 
 ACTIONS = 3  # forward, left, right
 SIDE, COLOURS = 64, 3
@@ -46,7 +46,7 @@ class Eyes(nn.Module):
 class PolicyNetwork(nn.Module):
     """Sees one frame, remembers by its LSTM; no last action, no reward, no pose."""
 
-    def __init__(self, hyper: cbet_schema.CBET):
+    def __init__(self, hyper: cbet_settings.CBET):
         super().__init__()
         self.eyes = Eyes(hyper.conv_channels)
         sizes = [self.eyes.features, *hyper.dense_units]

@@ -13,7 +13,7 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from curionav_cli.agents.cbet.life import Life
+from curionav_cli.agents.cbet.transitions import Transitions
 
 
 class Unroll(NamedTuple):
@@ -51,7 +51,7 @@ class Acted:
     memory: list[tuple[np.ndarray, np.ndarray]] = field(default_factory=list)  # (L, U) before each T-th step
 
 
-def cut(life: Life, acted: Acted, bonus: np.ndarray, length: int) -> list[Unroll]:
+def cut(life: Transitions, acted: Acted, bonus: np.ndarray, length: int) -> list[Unroll]:
     """An episode of N steps as N / length unrolls."""
     frames = np.append(np.arange(len(life)), 0)  # of the episode, the respawn last
     kind, log_policy = life.kind, np.array(acted.log_policy, np.float32)

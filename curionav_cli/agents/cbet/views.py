@@ -8,9 +8,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from curionav_cli.agents.cbet.life import Life
-from curionav_cli.world.render import Renderer
-from curionav_cli.world.scene import Scene
+from curionav_cli.agents.cbet.transitions import Transitions
+from curionav_cli.world.render.renderer import Renderer
+from curionav_cli.world.scene.scene import Scene
 
 FRAMES = 8  # panoramas rendered at once
 COMPASS = 4
@@ -23,7 +23,7 @@ class Ego:
 
     views = 1
 
-    def __call__(self, life: Life) -> View:
+    def __call__(self, life: Transitions) -> View:
         return life.episode.image[:, None], np.arange(len(life) + 1)
 
 
@@ -38,7 +38,7 @@ class Panorama:
         self.world, self.seed = world, seed
         self.renderer = Renderer(world, engine)
 
-    def __call__(self, life: Life) -> View:
+    def __call__(self, life: Transitions) -> View:
         self.renderer = self.renderer.showing(self.world.at(life.index, self.seed)[0])
         places, which = np.unique(life.episode.pose[:, :2], axis=0, return_inverse=True)
         parts = [places[at:at + FRAMES] for at in range(0, len(places), FRAMES)]

@@ -12,20 +12,20 @@ from torch import Tensor
 
 from curionav_cli.agents.agent import Agent
 from curionav_cli.agents.device import repeatable, resolve_device
+from curionav_cli.agents.lbs_dreamer import settings as lbs_settings
 from curionav_cli.agents.lbs_dreamer.checkpoint import load_learner, save_learner
-from curionav_cli.agents.lbs_dreamer.convolution import COLOURS, SIDE
+from curionav_cli.agents.lbs_dreamer.compile import fuse, recorder, way
 from curionav_cli.agents.lbs_dreamer.curiosity.count import Visits
 from curionav_cli.agents.lbs_dreamer.curiosity.picture_count import Pictures
-from curionav_cli.agents.lbs_dreamer.device import fuse, recorder, way
 from curionav_cli.agents.lbs_dreamer.device_replay import DeviceReplay, room_on
-from curionav_cli.agents.lbs_dreamer.foresight import foresee
+from curionav_cli.agents.lbs_dreamer.kernels.convolution import COLOURS, SIDE
 from curionav_cli.agents.lbs_dreamer.learner import Learner, build_networks
 from curionav_cli.agents.lbs_dreamer.memory import keep_freed_memory
+from curionav_cli.agents.lbs_dreamer.open_loop import predict_episode
 from curionav_cli.agents.lbs_dreamer.rssm import State
 from curionav_cli.agents.lbs_dreamer.world_model import Sequences
 from curionav_cli.agents.meter import Meter, finite
 from curionav_cli.agents.weights import pack, put, unpack
-from curionav_cli.config import agent_schema
 from curionav_cli.errors import ConfigError, WeightsRefused
 from curionav_cli.records import Episode, FloorPlan, Foresight
 from curionav_cli.storage.replay import NO_ACTION, Replay
@@ -54,7 +54,7 @@ class LBSDreamer(Agent):
 
     learns = True
 
-    def __init__(self, hyper: agent_schema.LBSDreamer, seed: int, device: str, plan: FloorPlan,
+    def __init__(self, hyper: lbs_settings.LBSDreamer, seed: int, device: str, plan: FloorPlan,
                  compile: str = "auto"):
         super().__init__(seed)
         keep_freed_memory()
@@ -75,9 +75,9 @@ class LBSDreamer(Agent):
 
     def _notes(self, plan: FloorPlan) -> Visits | Pictures | None:
         """What the chosen curiosity wants noted of every step, if anything."""
-        if self.hyper.curiosity is agent_schema.Curiosity.count:
+        if self.hyper.curiosity is lbs_settings.Curiosity.count:
             return Visits(plan)
-        if self.hyper.curiosity is agent_schema.Curiosity.picture_count:
+        if self.hyper.curiosity is lbs_settings.Curiosity.picture_count:
             return Pictures()
         return None
 
@@ -85,7 +85,7 @@ class LBSDreamer(Agent):
         """Forget the episode: a zero state, no action yet."""
         self.state = self.learner.networks.world_model.rssm.initial(1)
         self.action = torch.tensor([NO_ACTION], device=self.device)
-        self.dice: torch.Generator | None = None
+        self.acting_generator: torch.Generator | None = None
         self.steps = 0
 
     def act(self, observation: dict[str, np.ndarray], info: dict[str, Any]) -> int:
@@ -93,10 +93,10 @@ class LBSDreamer(Agent):
         self.steps += 1
         if (self.steps - 1) % self.every:
             return int(self.action)
-        if self.dice is None:
+        if self.acting_generator is None:
             seed = np.random.default_rng([self.seed, ACTING_STREAM, info["episode_index"]]).integers(2**62)
-            self.dice = torch.Generator(self.device).manual_seed(int(seed))
-        noise = torch.rand(1, self.hyper.latent_dimension + 1, generator=self.dice, device=self.device)
+            self.acting_generator = torch.Generator(self.device).manual_seed(int(seed))
+        noise = torch.rand(1, self.hyper.latent_dimension + 1, generator=self.acting_generator, device=self.device)
         found = self.filter(Step(torch.from_numpy(observation["image"]), self.action, *self.state, noise))
         self.state, self.action = State(found["deter"], found["stoch"]), found["action"]
         return int(self.action)
@@ -111,10 +111,10 @@ class LBSDreamer(Agent):
         action = networks.behaviour.act(state.features, step.noise[:, -1])
         return {"deter": state.deter, "stoch": state.stoch, "action": action}
 
-    def share(self) -> bytes:
+    def export_weights(self) -> bytes:
         return pack(self.acting())
 
-    def adopt(self, raw: bytes) -> None:
+    def import_weights(self, raw: bytes) -> None:
         own = self.acting()
         kept = {name: tensor.clone() for name, tensor in own.items()}
         put(own, unpack(raw, own))
@@ -137,9 +137,9 @@ class LBSDreamer(Agent):
         """The part of the weights that acting needs, as it lies in memory: encoder, RSSM and actor."""
         return {name: tensor for name, tensor in self.learner.networks.state_dict().items() if name.startswith(ACTING)}
 
-    def foresee(self, index: int, episode: Episode) -> Foresight | None:
+    def predict(self, index: int, episode: Episode) -> Foresight | None:
         rng = np.random.default_rng([self.seed, FORESIGHT_STREAM, index])
-        return foresee(self.learner.networks, episode, self.hyper.sequence_length, rng, self.device, self.every)
+        return predict_episode(self.learner.networks, episode, self.hyper.sequence_length, rng, self.device, self.every)
 
     def learn(self, replay: Replay, iterations: int, tick: Callable[[int], None]) -> dict[str, float]:
         """K updates; the means of their scalars, and what was done since the run began.

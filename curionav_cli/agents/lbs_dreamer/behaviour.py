@@ -13,8 +13,8 @@ import torch
 import torch.nn.functional as F
 from torch import Tensor, nn
 
-from curionav_cli.agents.lbs_dreamer import latent
-from curionav_cli.agents.lbs_dreamer.mlp import MLP
+from curionav_cli.agents.lbs_dreamer.kernels import latent
+from curionav_cli.agents.lbs_dreamer.kernels.mlp import MLP
 from curionav_cli.agents.lbs_dreamer.returns import discount_weights, lambda_return
 from curionav_cli.agents.lbs_dreamer.rssm import RSSM, State
 

@@ -8,16 +8,16 @@ from typing import NamedTuple
 import torch
 from torch import Tensor, nn
 
-from curionav_cli.agents.lbs_dreamer import latent
+from curionav_cli.agents.lbs_dreamer import settings as lbs_settings
 from curionav_cli.agents.lbs_dreamer.behaviour import Behaviour, targets_and_advantage
 from curionav_cli.agents.lbs_dreamer.curiosity.choose import curiosity
-from curionav_cli.agents.lbs_dreamer.graphs import Record, as_it_is
+from curionav_cli.agents.lbs_dreamer.kernels import latent
+from curionav_cli.agents.lbs_dreamer.kernels.cuda_graphs import Record, as_it_is
 from curionav_cli.agents.lbs_dreamer.networks import initialise
 from curionav_cli.agents.lbs_dreamer.optimiser import Optimiser
 from curionav_cli.agents.lbs_dreamer.rssm import Observed, State
 from curionav_cli.agents.lbs_dreamer.stream_norm import StreamNorm
 from curionav_cli.agents.lbs_dreamer.world_model import Sequences, WorldModel, choose
-from curionav_cli.config import agent_schema
 
 ACTIONS = 3  # forward, left, right
 
@@ -25,7 +25,7 @@ ACTIONS = 3  # forward, left, right
 class Networks(nn.Module):
     """Everything with weights; what `weights.safetensors` holds."""
 
-    def __init__(self, hyper: agent_schema.LBSDreamer):
+    def __init__(self, hyper: lbs_settings.LBSDreamer):
         super().__init__()
         self.world_model = WorldModel(hyper, ACTIONS)
         rssm = self.world_model.rssm
@@ -34,7 +34,7 @@ class Networks(nn.Module):
         self.stream_norm = StreamNorm(hyper.reward_momentum, hyper.reward_centring)
 
 
-def build_networks(hyper: agent_schema.LBSDreamer, generator: torch.Generator, device: torch.device) -> Networks:
+def build_networks(hyper: lbs_settings.LBSDreamer, generator: torch.Generator, device: torch.device) -> Networks:
     """Made without drawing from torch's global generator, the same on every device."""
     with torch.device("meta"):
         networks = Networks(hyper)
@@ -59,10 +59,10 @@ class Learner:
     """Networks and their optimisers. `updates` and `behaviour_updates` count what was done.
 
     An update is counting and drawing, which stay in Python, and `compute`, which is tensors only: it
-    asks nothing of the host, so that `record` can make a CUDA graph of it (graphs.py).
+    asks nothing of the host, so that `record` can make a CUDA graph of it (cuda_graphs.py).
     """
 
-    def __init__(self, hyper: agent_schema.LBSDreamer, networks: Networks, generator: torch.Generator,
+    def __init__(self, hyper: lbs_settings.LBSDreamer, networks: Networks, generator: torch.Generator,
                  record: Record = as_it_is):
         self.hyper, self.networks, self.generator = hyper, networks, generator
         self.device = generator.device
@@ -159,8 +159,8 @@ class Learner:
         return torch.rand(shape, generator=self.generator, device=self.device)
 
     def _precision(self) -> AbstractContextManager:
-        assert self.hyper.precision is not agent_schema.Precision.auto, "build.agent chooses"
-        if self.hyper.precision is agent_schema.Precision.float32:
+        assert self.hyper.precision is not lbs_settings.Precision.auto, "build.agent chooses"
+        if self.hyper.precision is lbs_settings.Precision.float32:
             return nullcontext()
         return torch.autocast(self.device.type, torch.bfloat16)
 

@@ -14,8 +14,8 @@ from typing import cast
 import torch
 from torch import Tensor, nn
 
-from curionav_cli.agents.lbs_dreamer.convolution import COLOURS, SIDE, convolution, pixels, to_patches_of
-from curionav_cli.agents.lbs_dreamer.elu import elu
+from curionav_cli.agents.lbs_dreamer.kernels.convolution import COLOURS, SIDE, convolution, pixels, to_patches_of
+from curionav_cli.agents.lbs_dreamer.kernels.elu import elu
 
 
 def to_patches(image: Tensor, stride: int) -> Tensor:

@@ -15,10 +15,10 @@ import torch
 import torch.nn.functional as F
 from torch import Tensor, nn
 
-from curionav_cli.agents.lbs_dreamer import latent
-from curionav_cli.agents.lbs_dreamer.elu import elu_
-from curionav_cli.agents.lbs_dreamer.mlp import columns_of, summed
-from curionav_cli.agents.lbs_dreamer.scan import PLAIN, Weights, scan
+from curionav_cli.agents.lbs_dreamer.kernels import latent
+from curionav_cli.agents.lbs_dreamer.kernels.elu import elu_
+from curionav_cli.agents.lbs_dreamer.kernels.mlp import columns_of, summed
+from curionav_cli.agents.lbs_dreamer.kernels.rssm_scan import PLAIN, Weights, scan
 
 MANY = 500  # rows from which on a sum of a weight's columns, laid out for that, is quicker than a product
 
@@ -141,7 +141,7 @@ class RSSM(nn.Module):
     def observe(self, state: State, embed: Tensor, action: Tensor, noise: Tensor) -> Observed:
         """Filter T steps. embed (T, B, E), action (T, B) int, noise (T, B, S) uniform in [0, 1).
 
-        What does not depend on the state is computed for all steps at once, outside the scan (scan.py).
+        What does not depend on the state is computed for all steps at once, outside the scan (rssm_scan.py).
         """
         assert embed.shape[:2] == action.shape == noise.shape[:2], (embed.shape, action.shape, noise.shape)
         deter, stoch, posterior = scan(*state, self.action_input(action), self.embed_input(embed), noise,

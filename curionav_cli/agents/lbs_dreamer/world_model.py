@@ -8,10 +8,10 @@ import torch
 import torch.nn.functional as F
 from torch import Tensor, nn
 
-from curionav_cli.agents.lbs_dreamer import latent
+from curionav_cli.agents.lbs_dreamer import settings as lbs_settings
+from curionav_cli.agents.lbs_dreamer.kernels import latent
 from curionav_cli.agents.lbs_dreamer.networks import Decoder, Encoder, to_images, to_patches
 from curionav_cli.agents.lbs_dreamer.rssm import RSSM, Observed, State
-from curionav_cli.config import agent_schema
 
 
 class Sequences(NamedTuple):
@@ -31,7 +31,7 @@ def choose(total: int, count: int, noise: Tensor) -> Tensor | slice:
 class WorldModel(nn.Module):
     """Encoder, RSSM and decoder."""
 
-    def __init__(self, hyper: agent_schema.LBSDreamer, actions: int):
+    def __init__(self, hyper: lbs_settings.LBSDreamer, actions: int):
         super().__init__()
         self.encoder = Encoder(hyper.encoder_channels, hyper.encoder_kernels, hyper.encoder_strides)
         self.rssm = RSSM(self.encoder.size, actions, hyper.gru_units, hyper.rssm_hidden,

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from curionav_cli.robot.sensed import Scan
+from curionav_cli.robot.measurements import Scan
 
 LOWEST = 0.03  # metres; what is lower is floor
 

@@ -12,8 +12,8 @@ import cv2
 import numpy as np
 
 from curionav_cli.records import Pose
+from curionav_cli.robot.measurements import Scan
 from curionav_cli.robot.occupancy import MOST, Occupancy
-from curionav_cli.robot.sensed import Scan
 from curionav_cli.world.motion import STEP
 
 MOVED, TURNED = 0.2, math.radians(25.0)  # a view is entered when the robot moved or turned so much since the last one

@@ -11,7 +11,7 @@ from __future__ import annotations
 import math
 from enum import Enum
 
-from curionav_cli.config.docking_schema import Approach as Speeds
+from curionav_cli.robot.docking_settings import Approach as Speeds
 from curionav_cli.robot.infrared import CENTRE, LEFT, NEAR, RIGHT, Signals
 
 BACKING = 10  # ticks

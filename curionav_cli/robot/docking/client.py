@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Protocol
 
-from curionav_cli.robot.docking.nouns import Base, Code, Feedback, Goal, GoalState
+from curionav_cli.robot.docking.action import Base, Code, Feedback, Goal, GoalState
 
 
 class Server(Protocol):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from curionav_cli.config.docking_schema import Docking, Recovery
+from curionav_cli.robot.docking_settings import Docking, Recovery
 
 Place = tuple[float, float]  # metres before the dock, metres to its left
 

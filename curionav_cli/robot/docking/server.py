@@ -10,22 +10,13 @@ from __future__ import annotations
 import math
 from collections.abc import Generator
 
-from curionav_cli.config.docking_schema import Docking as Settings
 from curionav_cli.records import Pose
+from curionav_cli.robot.docking.action import RECOVERABLE, Base, Code, Failed, Feedback, Goal, GoalState, Phase
 from curionav_cli.robot.docking.approach import Approach, State
-from curionav_cli.robot.docking.nouns import (
-    RECOVERABLE,
-    Base,
-    Code,
-    Failed,
-    Feedback,
-    Goal,
-    GoalState,
-    Phase,
-)
 from curionav_cli.robot.docking.recoveries import steps
-from curionav_cli.robot.homing import TICKS, Homing, Way
+from curionav_cli.robot.docking_settings import Docking as Settings
 from curionav_cli.robot.localiser import Localiser
+from curionav_cli.robot.navigation import TICKS, Navigator, Way
 
 Ticks = Generator[None, None, None]
 TICK = 0.1  # seconds of an approach's tick
@@ -36,7 +27,7 @@ NEEDED = ("wheel", "gyro", "lidar", "depth", "infrared", "bumper")
 class Docking:
     """state; code: how the last goal ended, None before; attempts, recoveries, seconds: of this goal."""
 
-    def __init__(self, base: Base, localiser: Localiser, homing: Homing, settings: Settings):
+    def __init__(self, base: Base, localiser: Localiser, homing: Navigator, settings: Settings):
         self.base, self.localiser, self.homing, self.settings = base, localiser, homing, settings
         self.approach = Approach(settings.approach)
         self.state, self.phase = GoalState.pending, Phase.idle
@@ -186,7 +177,7 @@ class Docking:
     def _move(self, speed: float, turn: float) -> tuple[float, bool]:
         """One tick of wheel speeds: (radians turned by the gyro, bumped)."""
         sensed = self.base.drive(speed * TICK, turn * TICK, TICK)
-        self.localiser.feel(sensed)
+        self.localiser.update(sensed)
         self._count(TICK)
         return sensed.gyro if math.isfinite(sensed.gyro) else 0.0, sensed.bump is not None and speed > 0.0
 

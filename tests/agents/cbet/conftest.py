@@ -7,16 +7,16 @@ import pytest
 import torch
 from omegaconf import OmegaConf
 
+from curionav_cli.agents.cbet import settings as cbet_settings
 from curionav_cli.agents.cbet.agent import CBET
-from curionav_cli.agents.cbet.life import Life
-from curionav_cli.config import cbet_schema
+from curionav_cli.agents.cbet.transitions import Transitions
 from curionav_cli.config.sources import writable
 from curionav_cli.loop import run_episode
 from curionav_cli.records import Episode
 from curionav_cli.storage.replay import Replay
 from curionav_cli.world.env import NavigationEnv
-from curionav_cli.world.scene import Scene
-from curionav_cli.world.scene_file import plain
+from curionav_cli.world.scene.scene import Scene
+from curionav_cli.world.scene.scene_file import plain
 
 CONF = Path(__file__).parents[3] / "conf"
 TINY = {"conv_channels": [4, 4, 4], "dense_units": [8], "lstm_units": 6, "lstm_layers": 2, "unroll": 5,
@@ -42,7 +42,7 @@ def hyper():
         layers.append(OmegaConf.load(CONF / "agent" / f"{agent}.yaml"))
         for layer in layers:
             layer.pop("defaults", None)
-        schema = cbet_schema.CBETLifelong if agent == "cbet_lifelong" else cbet_schema.CBET
+        schema = cbet_settings.CBETLifelong if agent == "cbet_lifelong" else cbet_settings.CBET
         return OmegaConf.to_object(OmegaConf.merge(writable(schema), *layers, changes))
     return make
 
@@ -106,5 +106,5 @@ def walk(small_room):
             pose.append(info["pose"])
             collided.append(info["collided"])
         episode = Episode(np.array(image), np.array(actions), np.array(pose), np.array(collided))
-        return Life(episode, index, environment)
+        return Transitions(episode, index, environment)
     return make

@@ -12,14 +12,14 @@ from originals import Draw
 from torch import nn
 
 from curionav_cli.agents.cbet.learner import Learner
-from curionav_cli.agents.cbet.life import Life
 from curionav_cli.agents.cbet.network import Memory, PolicyNetwork
 from curionav_cli.agents.cbet.rewards.cbet import CBET
-from curionav_cli.agents.cbet.rewards.reward import Kit
+from curionav_cli.agents.cbet.rewards.reward import RewardContext
 from curionav_cli.agents.cbet.rms import RunningRMS
+from curionav_cli.agents.cbet.transitions import Transitions
 from curionav_cli.agents.cbet.unrolls import Batch
 from curionav_cli.agents.cbet.vtrace import vtrace
-from curionav_cli.agents.keys import SignKeys
+from curionav_cli.agents.image_hash import SignKeys
 from curionav_cli.records import Episode
 
 T, B, FEATURES = 6, 3, 5
@@ -80,7 +80,7 @@ def test_two_updates(theirs, hyper):
     """Losses, and weights after RMSprop: the first reward is clipped, so are the gradients."""
     policy, updates = update_inputs()
     networks = SimpleNamespace(policy=policy, reward={}, rms=RunningRMS(0.9))
-    none = SimpleNamespace(surprise=lambda batch: (torch.ones_like(batch.bonus), torch.zeros(())))
+    none = SimpleNamespace(learned_bonus=lambda batch: (torch.ones_like(batch.bonus), torch.zeros(())))
     learner = Learner(hyper("paper", **SETTINGS), networks, none)
     for number, (features, behaviour, action, counts) in enumerate(updates):
         batch = Batch(features, action, chosen(behaviour, action), 1 / counts, torch.zeros(T, B), *[torch.zeros(1)] * 3)
@@ -141,12 +141,12 @@ def rewarded(hyper):
     def make(extra):
         shown, pictures = walk_inputs()
         settings = hyper("paper", view="ego", reset="never")
-        reward = CBET(Kit(settings, None, "numpy", 0, 5), nn.ModuleDict())
+        reward = CBET(RewardContext(settings, None, "numpy", 0, 5), nn.ModuleDict())
         image = pictures[np.append(shown, shown[0])]
         episode = Episode(image, np.zeros(20, np.int64), np.zeros((21, 3)), np.zeros(20, bool))
         for _ in range(extra):
             reward.counts["states"].add(0, reward.state_keys(image[:1])[0])
-        return reward.lived(Life(episode, 0, 0))[0], shown
+        return reward.episode_bonus(Transitions(episode, 0, 0))[0], shown
     return make
 
 

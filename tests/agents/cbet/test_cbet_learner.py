@@ -8,7 +8,7 @@ from torch import nn
 
 from curionav_cli.agents.cbet.learner import Learner, build_networks
 from curionav_cli.agents.cbet.rewards import REWARDS
-from curionav_cli.agents.cbet.rewards.reward import Kit
+from curionav_cli.agents.cbet.rewards.reward import RewardContext
 from curionav_cli.agents.cbet.rms import RunningRMS
 from curionav_cli.agents.cbet.unrolls import Batch, together
 
@@ -17,7 +17,7 @@ from curionav_cli.agents.cbet.unrolls import Batch, together
 def learner(small_room):
     def make(hyper, seed=0):
         networks = build_networks(hyper, torch.Generator().manual_seed(seed), torch.device("cpu"))
-        kit = Kit(hyper, small_room, "numpy", 0, 5)
+        kit = RewardContext(hyper, small_room, "numpy", 0, 5)
         return Learner(hyper, networks, REWARDS[hyper.reward.value](kit, networks.reward))
     return make
 
@@ -125,13 +125,13 @@ def predicting(tiny, small_room):
                 weight.copy_(0.01 * torch.randn(weight.shape, generator=generator))
         networks = {"rnd": {"predictor": nn.Sequential(Means(), nn.Linear(2, 2)), "target": Means()}}.get(
             name, {"features": Means(), "dynamics": forward, "inverse": inverse})
-        return REWARDS[name](Kit(hyper, small_room, "numpy", 0, 5), nn.ModuleDict(networks))
+        return REWARDS[name](RewardContext(hyper, small_room, "numpy", 0, 5), nn.ModuleDict(networks))
     return make
 
 
 def test_rnd_is_a_distance_and_its_loss(predicting, batch):
     made = predicting("rnd")
-    distance, loss = made.surprise(batch)
+    distance, loss = made.learned_bonus(batch)
     seen = Means()(batch.image[1:].flatten(0, 1))
     truth = (made.networks["predictor"][1](seen) - seen).square().sum(-1).sqrt().view(5, 4)
     torch.testing.assert_close(distance, truth.detach())
@@ -142,7 +142,7 @@ def test_rnd_is_a_distance_and_its_loss(predicting, batch):
 @pytest.mark.parametrize("name", ["icm", "ride"])
 def test_icm_and_ride_by_hand(predicting, batch, name):
     made = predicting(name)
-    novelty, loss = made.surprise(batch)
+    novelty, loss = made.learned_bonus(batch)
     seen = Means()(batch.image.flatten(0, 1)).view(6, 4, 2)
     forward, inverse, total = made.networks["dynamics"], made.networks["inverse"], 0.0
     for t in range(5):
@@ -170,18 +170,18 @@ def test_each_network_has_an_optimiser_and_learns(tiny, learner, batch, name, le
 
 
 def test_rewards_with_counts_and_without(tiny, small_room, walk):
-    lived = {name: REWARDS[name](Kit(tiny(reward=name), small_room, "numpy", 0, 5), nn.ModuleDict())
+    lived = {name: REWARDS[name](RewardContext(tiny(reward=name), small_room, "numpy", 0, 5), nn.ModuleDict())
              for name in ("count", "ride", "motion", "count_oracle", "rnd")}
     life = walk([0, 1, 2, 1, 2])
-    bonus = {name: reward.lived(life)[0] for name, reward in lived.items()}
+    bonus = {name: reward.episode_bonus(life)[0] for name, reward in lived.items()}
     root, third = 2**-0.5, 3**-0.5
     assert bonus["count"] == pytest.approx([1, 1, root, root, 1]) == bonus["ride"]
     assert bonus["motion"].tolist() == [0.5, 0, 0, 0, 0] and bonus["rnd"].tolist() == [1] * 5
     assert bonus["count_oracle"] == pytest.approx([1, root, third, 0.5, 5**-0.5])
-    assert lived["count"].lived(life)[0] == pytest.approx([third, third, 0.5, 0.5, root])
-    assert lived["ride"].lived(life)[0] == pytest.approx(bonus["ride"])  # forgotten with the episode
+    assert lived["count"].episode_bonus(life)[0] == pytest.approx([third, third, 0.5, 0.5, root])
+    assert lived["ride"].episode_bonus(life)[0] == pytest.approx(bonus["ride"])  # forgotten with the episode
     other = walk([0, 1, 2, 1, 2], environment=1)
-    assert lived["count"].lived(other)[0] == pytest.approx(bonus["count"])
+    assert lived["count"].episode_bonus(other)[0] == pytest.approx(bonus["count"])
 
 
 def test_unrolls_side_by_side_are_time_first(agent, home):

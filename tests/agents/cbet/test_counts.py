@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 from torch import nn
 
-from curionav_cli.agents.cbet.alarm import Alarm
 from curionav_cli.agents.cbet.counts import Counts
+from curionav_cli.agents.cbet.reward_monitor import RewardMonitor
 from curionav_cli.agents.cbet.rewards.cbet import CBET
-from curionav_cli.agents.cbet.rewards.reward import Kit
+from curionav_cli.agents.cbet.rewards.reward import RewardContext
 
 
 def test_counts_are_a_counter_for_each_environment():
@@ -36,7 +36,8 @@ def test_counts_are_a_counter_for_each_environment():
 @pytest.fixture
 def reward(tiny, small_room):
     """reward(**changes): C-BET's, of the own picture."""
-    return lambda **changes: CBET(Kit(tiny(view="ego", **changes), small_room, "numpy", 0, 5), nn.ModuleDict())
+    return lambda **changes: CBET(RewardContext(tiny(view="ego", **changes), small_room, "numpy", 0, 5),
+                                  nn.ModuleDict())
 
 
 @pytest.fixture
@@ -46,7 +47,7 @@ def met(reward, walk):
         made = made or reward(**settings)
         made.state_keys = lambda image: [str(s).encode() for s in states]
         made.change_keys = lambda view, reached: [str(c).encode() for c in changes]
-        return made.lived(walk([1] * len(states), environment=environment))[0]
+        return made.episode_bonus(walk([1] * len(states), environment=environment))[0]
     return make
 
 
@@ -96,25 +97,25 @@ def test_the_respawn_counts_or_does_not(met, reward, counted):
 
 
 def test_in_the_room_a_turn_is_soon_worth_little_and_a_move_half_a_point(tiny, small_room, walk):
-    made = CBET(Kit(tiny(reset="never"), small_room, "numpy", 0, 5), nn.ModuleDict())
+    made = CBET(RewardContext(tiny(reset="never"), small_room, "numpy", 0, 5), nn.ModuleDict())
     life = walk([1, 2] * 20 + [0, 0, 0])
-    bonus, watch = made.lived(life)
+    bonus, watch = made.episode_bonus(life)
     assert bonus[40:42].tolist() == [0.5, 0.5] and bonus[38] < 0.05
     assert watch["unique_changes"] == 4 / 43 and watch["unique_of_new_poses"] == 1.0
     assert watch["count_of_change"] == pytest.approx((np.arange(1, 41).sum() + 3) / 43)
 
 
 def test_the_alarm_rings_once_when_it_knows_enough():
-    alarm = Alarm(0.5)
+    alarm = RewardMonitor(0.5)
     alarm.look(1999, 1999, np.full(1999, 0.5))
     with (pytest.warns(UserWarning, match=r"degenerate: 100\.0% of the poses .* agent.key=grey_16"),
           pytest.warns(UserWarning, match=r"ceiling: 0\.500 of 0\.5")):
         alarm.look(1, 1, np.full(1, 0.5))
     alarm.look(1, 1, np.full(1, 0.5))
-    quiet = Alarm(0.5)
+    quiet = RewardMonitor(0.5)
     quiet.look(3000, 2800, np.full(3000, 0.47))
     assert not quiet.rung
-    restored = Alarm(0.5)
+    restored = RewardMonitor(0.5)
     restored.load_state(json.loads(json.dumps(alarm.state())))
     restored.look(5000, 5000, np.full(5000, 0.5))
     assert restored.state() != alarm.state() and restored.rung == alarm.rung, "not once more after a resume"

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from curionav_cli.agents.cbet.life import BLOCKED, MOVED, TURNED
+from curionav_cli.agents.cbet.transitions import BLOCKED, MOVED, TURNED
 from curionav_cli.agents.cbet.views import Ego, Panorama
-from curionav_cli.world.render import Renderer
+from curionav_cli.world.render.renderer import Renderer
 
 FORWARD, LEFT, RIGHT = 0, 1, 2
 

@@ -7,10 +7,10 @@ import pytest
 import torch
 from omegaconf import OmegaConf
 
+from curionav_cli.agents.lbs_dreamer import settings as lbs_settings
 from curionav_cli.agents.lbs_dreamer.agent import LBSDreamer
 from curionav_cli.agents.lbs_dreamer.learner import build_networks
 from curionav_cli.agents.lbs_dreamer.world_model import Sequences
-from curionav_cli.config import agent_schema
 from curionav_cli.records import Episode
 from curionav_cli.storage.replay import Replay
 
@@ -32,7 +32,7 @@ def one_thread():
 def hyper():
     """hyper(scale, **changes): the shipped settings of a scale, cpu.yaml laid over paper.yaml, in float32."""
     def make(scale="cpu", **changes):
-        settings = OmegaConf.merge(OmegaConf.structured(agent_schema.LBSDreamer),
+        settings = OmegaConf.merge(OmegaConf.structured(lbs_settings.LBSDreamer),
                                    {"name": "lbs_dreamer", "curiosity": "lbs"})
         for name in ("paper", "cpu")[:1 if scale == "paper" else 2]:
             layer = OmegaConf.load(SCALES / f"{name}.yaml")

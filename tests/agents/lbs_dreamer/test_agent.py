@@ -11,12 +11,12 @@ import numpy as np
 import pytest
 import torch
 
-from curionav_cli.agents.lbs_dreamer import device as device_module
+from curionav_cli.agents.lbs_dreamer import compile as device_module
+from curionav_cli.agents.lbs_dreamer import settings as lbs_settings
 from curionav_cli.agents.lbs_dreamer.agent import LBSDreamer
-from curionav_cli.agents.lbs_dreamer.device import recorder, way
-from curionav_cli.agents.lbs_dreamer.graphs import as_it_is, cuda_graph
+from curionav_cli.agents.lbs_dreamer.compile import recorder, way
+from curionav_cli.agents.lbs_dreamer.kernels.cuda_graphs import as_it_is, cuda_graph
 from curionav_cli.agents.lbs_dreamer.world_model import Sequences
-from curionav_cli.config import agent_schema
 from curionav_cli.errors import ConfigError, RunFailed, RunFolderError, WeightsRefused
 
 
@@ -120,9 +120,9 @@ def test_what_acting_draws_depends_on_seed_and_episode_and_on_no_learning(agent,
 def test_shared_weights_make_another_agent_act_alike(agent, replay):
     learned, robot, store = agent(), agent(), replay()
     learned.learn(store, 3, ignore)
-    assert robot.share() != learned.share()
-    robot.adopt(learned.share())
-    assert robot.share() == learned.share() and len(learned.share()) < 0.6 * sum(
+    assert robot.export_weights() != learned.export_weights()
+    robot.import_weights(learned.export_weights())
+    assert robot.export_weights() == learned.export_weights() and len(learned.export_weights()) < 0.6 * sum(
         tensor.nbytes for tensor in learned.learner.networks.state_dict().values())
     assert walk(robot, store.episode(1)) == walk(learned, store.episode(1))
 
@@ -134,7 +134,7 @@ def spoilt(agent, harm):
     if harm == "huge":
         for tensor in agent.acting().values():
             tensor.fill_(3e38)
-    raw = agent.share()
+    raw = agent.export_weights()
     return {"torn": raw[:-9], "empty": b"", "pickle": pickle.dumps({"a": 1})}.get(harm, raw)
 
 
@@ -147,7 +147,7 @@ def test_weights_that_cannot_act_are_refused_and_change_nothing(agent, harm, sai
     robot = agent()
     before = fingerprint(robot)
     with pytest.raises(WeightsRefused, match=said):
-        robot.adopt(spoilt(agent(gru_units=24) if harm == "foreign" else agent(), harm))
+        robot.import_weights(spoilt(agent(gru_units=24) if harm == "foreign" else agent(), harm))
     assert fingerprint(robot) == before
 
 
@@ -167,19 +167,20 @@ def test_a_resumed_agent_is_the_same_to_the_bit(agent, replay, tmp_path):
 
 
 FRESH = """
+from curionav_cli.agents.lbs_dreamer import settings as lbs_settings
 import sys
 from pathlib import Path
 import torch
 from curionav_cli.agents.lbs_dreamer.agent import LBSDreamer
-from curionav_cli.config import agent_schema
+
 from curionav_cli.records import FloorPlan
 from curionav_cli.storage.replay import Replay
 import json
 torch.set_num_threads(1)
 for folder in map(Path, sys.argv[1:]):
     numbers = json.loads((folder / "hyper.json").read_text())
-    hyper = agent_schema.LBSDreamer(**{**numbers, "precision": agent_schema.Precision(numbers["precision"]),
-                                       "curiosity": agent_schema.Curiosity(numbers["curiosity"])})
+    hyper = lbs_settings.LBSDreamer(**{**numbers, "precision": lbs_settings.Precision(numbers["precision"]),
+                                       "curiosity": lbs_settings.Curiosity(numbers["curiosity"])})
     agent = LBSDreamer(hyper, 5, "cpu", FloorPlan.load(folder / "plan"))
     agent.load(folder / "half")
     agent.learn(Replay.open(sorted(folder.glob("*.npz"))), 3, lambda done: None)
@@ -190,7 +191,7 @@ for folder in map(Path, sys.argv[1:]):
 
 def test_a_fresh_process_goes_on_to_the_same_bytes(tiny, replay, a_plan, tmp_path):
     """With every curiosity; one process for all of them, since most of its time goes into its imports."""
-    folders = [tmp_path / choice.value for choice in agent_schema.Curiosity]
+    folders = [tmp_path / choice.value for choice in lbs_settings.Curiosity]
     for folder in folders:
         begin(tiny(curiosity=folder.name), replay(), a_plan(), folder)
     subprocess.run([sys.executable, "-c", FRESH, *map(str, folders)], check=True)

@@ -16,8 +16,8 @@ from curionav_cli.agents.lbs_dreamer.curiosity.picture_count import Pictures
 from curionav_cli.agents.lbs_dreamer.networks import initialise
 from curionav_cli.agents.lbs_dreamer.optimiser import Optimiser
 from curionav_cli.agents.lbs_dreamer.rssm import Observed, State
+from curionav_cli.agents.lbs_dreamer.settings import Curiosity
 from curionav_cli.agents.lbs_dreamer.world_model import Sequences
-from curionav_cli.config.agent_schema import Curiosity
 from curionav_cli.storage.replay import Replay
 
 T, B, ACTIONS = 6, 3, 3

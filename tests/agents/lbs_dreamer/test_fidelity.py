@@ -12,10 +12,10 @@ import torch.nn.functional as F
 from originals import Draw
 from torch import nn
 
-from curionav_cli.agents.lbs_dreamer import latent
 from curionav_cli.agents.lbs_dreamer.behaviour import Behaviour, Imagined, targets_and_advantage
-from curionav_cli.agents.lbs_dreamer.convolution import pixels
 from curionav_cli.agents.lbs_dreamer.curiosity.lbs import LBS
+from curionav_cli.agents.lbs_dreamer.kernels import latent
+from curionav_cli.agents.lbs_dreamer.kernels.convolution import pixels
 from curionav_cli.agents.lbs_dreamer.learner import Learner
 from curionav_cli.agents.lbs_dreamer.networks import Decoder, Encoder, to_patches
 from curionav_cli.agents.lbs_dreamer.optimiser import Optimiser

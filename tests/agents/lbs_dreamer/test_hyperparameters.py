@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from curionav_cli.config import agent_schema
+from curionav_cli.agents.lbs_dreamer import settings as lbs_settings
 
 TABLE = json.loads((Path(__file__).parent / "paper_table.json").read_text())
 KEYS = {
@@ -28,7 +28,7 @@ def test_paper_scale_is_the_papers_table(hyper, name):
 
 
 def test_both_scales_have_every_setting_and_nothing_else(hyper):
-    settings = agent_schema.LBSDreamer.__dataclass_fields__.keys()
+    settings = lbs_settings.LBSDreamer.__dataclass_fields__.keys()
     assert vars(hyper("paper")).keys() == vars(hyper("cpu")).keys() == settings
 
 

@@ -6,7 +6,7 @@ import torch
 
 from curionav_cli.agents.lbs_dreamer.agent import LBSDreamer
 from curionav_cli.agents.lbs_dreamer.device_replay import DeviceReplay
-from curionav_cli.agents.lbs_dreamer.graphs import Recorded
+from curionav_cli.agents.lbs_dreamer.kernels.cuda_graphs import Recorded
 
 pytestmark = [pytest.mark.gpu, pytest.mark.skipif(not torch.cuda.is_available(), reason="no CUDA device"),
               pytest.mark.filterwarnings("default")]  # torch's compiler has some of its own

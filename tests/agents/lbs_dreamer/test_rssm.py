@@ -6,7 +6,7 @@ import pytest
 import torch
 from torch import nn
 
-from curionav_cli.agents.lbs_dreamer import latent
+from curionav_cli.agents.lbs_dreamer.kernels import latent
 from curionav_cli.agents.lbs_dreamer.networks import initialise
 from curionav_cli.agents.lbs_dreamer.rssm import MANY, RSSM, State, gru, one_hot_action
 

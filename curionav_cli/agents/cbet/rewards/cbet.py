@@ -9,13 +9,13 @@ from __future__ import annotations
 import numpy as np
 from torch import nn
 
-from curionav_cli.agents.cbet.alarm import Alarm
 from curionav_cli.agents.cbet.counts import Counts
-from curionav_cli.agents.cbet.life import Life
-from curionav_cli.agents.cbet.rewards.reward import Kit, Reward
+from curionav_cli.agents.cbet.reward_monitor import RewardMonitor
+from curionav_cli.agents.cbet.rewards.reward import Reward, RewardContext
+from curionav_cli.agents.cbet.settings import Difference, Reset, Tables, View
+from curionav_cli.agents.cbet.transitions import Transitions
 from curionav_cli.agents.cbet.views import Ego, Panorama
-from curionav_cli.agents.keys import ChangeKeys, StateKeys
-from curionav_cli.config.cbet_schema import Difference, Reset, Tables, View
+from curionav_cli.agents.image_hash import ChangeKeys, StateKeys
 
 CEILING = 0.5  # of a step whose picture and change are both new
 
@@ -23,7 +23,7 @@ CEILING = 0.5  # of a step whose picture and change are both new
 class CBET(Reward):
     """view: of which the change is taken."""
 
-    def __init__(self, kit: Kit, networks: nn.ModuleDict):
+    def __init__(self, kit: RewardContext, networks: nn.ModuleDict):
         super().__init__(kit, networks)
         hyper, rng = kit.hyper, np.random.default_rng(kit.numbers)
         pano = hyper.view is View.pano
@@ -33,10 +33,10 @@ class CBET(Reward):
         self.change_keys = ChangeKeys(hyper.key.value, hyper.key_bits, self.view.views, wrapped, rng)
         tables = 1 if hyper.tables is Tables.shared else hyper.environments
         self.counts = {"states": Counts(tables), "changes": Counts(tables)}
-        self.dice = [np.random.default_rng([kit.numbers, e + 1]) for e in range(hyper.environments)]
-        self.alarm = Alarm(CEILING)
+        self.generators = [np.random.default_rng([kit.numbers, e + 1]) for e in range(hyper.environments)]
+        self.alarm = RewardMonitor(CEILING)
 
-    def lived(self, life: Life) -> tuple[np.ndarray, dict[str, float]]:
+    def episode_bonus(self, life: Transitions) -> tuple[np.ndarray, dict[str, float]]:
         states = self.state_keys(life.episode.image[life.reached])
         changes = self.change_keys(self.view(life), life.reached)
         last = len(life) - (not self.hyper.count_teleport)  # the step that ends in the respawn may not count
@@ -62,5 +62,5 @@ class CBET(Reward):
     def forgotten(self, steps: int, environment: int) -> np.ndarray:
         """(steps, 2) bool: is the table of states, that of changes cleared by chance after this step?"""
         if self.hyper.reset is Reset.random:
-            return self.dice[environment].random((steps, 2)) < self.hyper.reset_prob
+            return self.generators[environment].random((steps, 2)) < self.hyper.reset_prob
         return np.zeros((steps, 2), bool)

@@ -6,10 +6,10 @@ import torch
 import torch.nn.functional as F
 from torch import Tensor, nn
 
+from curionav_cli.agents.cbet import settings as cbet_settings
 from curionav_cli.agents.cbet.network import ACTIONS, Eyes
 from curionav_cli.agents.cbet.rewards.reward import Reward
 from curionav_cli.agents.cbet.unrolls import Batch
-from curionav_cli.config import cbet_schema
 
 HIDDEN = 256
 
@@ -18,7 +18,7 @@ class ICM(Reward):
     """Both losses train the features; no gradient is stopped. Norms are L2, not squared."""
 
     @staticmethod
-    def build(hyper: cbet_schema.CBET) -> nn.ModuleDict:
+    def build(hyper: cbet_settings.CBET) -> nn.ModuleDict:
         eyes = Eyes(hyper.conv_channels)
         size = eyes.features
         return nn.ModuleDict({
@@ -27,7 +27,7 @@ class ICM(Reward):
             "inverse": nn.Sequential(nn.Linear(2 * size, HIDDEN), nn.ReLU(), nn.Linear(HIDDEN, ACTIONS)),
         })
 
-    def surprise(self, batch: Batch) -> tuple[Tensor, Tensor]:
+    def learned_bonus(self, batch: Batch) -> tuple[Tensor, Tensor]:
         """The forward error; the loss is its sum over T and mean over B, and that of the inverse model's."""
         seen = self.networks["features"](batch.image.flatten(0, 1)).unflatten(0, batch.image.shape[:2])
         before, after = seen[:-1], seen[1:]

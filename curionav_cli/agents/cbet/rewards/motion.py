@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
-from curionav_cli.agents.cbet.life import MOVED, Life
 from curionav_cli.agents.cbet.rewards.reward import Reward
+from curionav_cli.agents.cbet.transitions import MOVED, Transitions
 
 
 class Motion(Reward):
     """0.5 where the position changed."""
 
-    def lived(self, life: Life) -> tuple[np.ndarray, dict[str, float]]:
+    def episode_bonus(self, life: Transitions) -> tuple[np.ndarray, dict[str, float]]:
         return np.where(life.kind == MOVED, 0.5, 0.0), {}

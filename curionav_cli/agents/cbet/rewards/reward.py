@@ -15,19 +15,19 @@ import numpy as np
 import torch
 from torch import Tensor, nn
 
-from curionav_cli.agents.cbet.alarm import Alarm
+from curionav_cli.agents.cbet import settings as cbet_settings
 from curionav_cli.agents.cbet.counts import Counts
-from curionav_cli.agents.cbet.life import Life
+from curionav_cli.agents.cbet.reward_monitor import RewardMonitor
+from curionav_cli.agents.cbet.transitions import Transitions
 from curionav_cli.agents.cbet.unrolls import Batch
-from curionav_cli.config import cbet_schema
-from curionav_cli.world.scene import Scene
+from curionav_cli.world.scene.scene import Scene
 
 
 @dataclass(frozen=True)
-class Kit:
+class RewardContext:
     """What rewards are made from. seed: of the world; numbers: where the reward's own randomness comes from."""
 
-    hyper: cbet_schema.CBET
+    hyper: cbet_settings.CBET
     world: Scene
     engine: str
     seed: int
@@ -41,21 +41,21 @@ class Reward:
     else was drawn at the start, such as projections, is a function of this. alarm: what watches the counts.
     """
 
-    def __init__(self, kit: Kit, networks: nn.ModuleDict):
+    def __init__(self, kit: RewardContext, networks: nn.ModuleDict):
         self.hyper, self.networks, self.numbers = kit.hyper, networks, kit.numbers
         self.counts: dict[str, Counts] = {}
-        self.dice: list[np.random.Generator] = []
-        self.alarm = Alarm(math.inf)
+        self.generators: list[np.random.Generator] = []
+        self.alarm = RewardMonitor(math.inf)
 
     @staticmethod
-    def build(hyper: cbet_schema.CBET) -> nn.ModuleDict:
+    def build(hyper: cbet_settings.CBET) -> nn.ModuleDict:
         """The networks that learn beside the policy, each with an optimiser of its own."""
         return nn.ModuleDict()
 
-    def lived(self, life: Life) -> tuple[np.ndarray, dict[str, float]]:
+    def episode_bonus(self, life: Transitions) -> tuple[np.ndarray, dict[str, float]]:
         """The first factor of each of N steps, (N,) float64, and what to note in metrics.jsonl."""
         return np.ones(len(life)), {}
 
-    def surprise(self, batch: Batch) -> tuple[Tensor, Tensor]:
+    def learned_bonus(self, batch: Batch) -> tuple[Tensor, Tensor]:
         """The second factor (T, B), without gradients, and a loss that trains the networks."""
         return torch.ones_like(batch.bonus), batch.bonus.new_zeros(())

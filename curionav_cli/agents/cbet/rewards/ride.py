@@ -8,24 +8,24 @@ import numpy as np
 import torch
 from torch import Tensor, nn
 
-from curionav_cli.agents.cbet.alarm import Alarm
-from curionav_cli.agents.cbet.life import Life
+from curionav_cli.agents.cbet.reward_monitor import RewardMonitor
 from curionav_cli.agents.cbet.rewards.count import Count
 from curionav_cli.agents.cbet.rewards.icm import ICM
-from curionav_cli.agents.cbet.rewards.reward import Kit
+from curionav_cli.agents.cbet.rewards.reward import RewardContext
+from curionav_cli.agents.cbet.transitions import Transitions
 
 
 class RIDE(ICM):
     """Counts are forgotten with each episode, after the respawn was counted."""
 
-    def __init__(self, kit: Kit, networks: nn.ModuleDict):
+    def __init__(self, kit: RewardContext, networks: nn.ModuleDict):
         super().__init__(kit, networks)
         self.count = Count(kit, nn.ModuleDict())
         self.counts = self.count.counts
-        self.alarm = self.count.alarm = Alarm(math.inf)  # the other factor has no ceiling
+        self.alarm = self.count.alarm = RewardMonitor(math.inf)  # the other factor has no ceiling
 
-    def lived(self, life: Life) -> tuple[np.ndarray, dict[str, float]]:
-        bonus, watch = self.count.lived(life)
+    def episode_bonus(self, life: Transitions) -> tuple[np.ndarray, dict[str, float]]:
+        bonus, watch = self.count.episode_bonus(life)
         self.counts["states"].clear(life.environment)
         return bonus, watch
 

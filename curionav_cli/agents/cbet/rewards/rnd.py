@@ -5,21 +5,21 @@ from __future__ import annotations
 import torch
 from torch import Tensor, nn
 
+from curionav_cli.agents.cbet import settings as cbet_settings
 from curionav_cli.agents.cbet.network import Eyes
 from curionav_cli.agents.cbet.rewards.reward import Reward
 from curionav_cli.agents.cbet.unrolls import Batch
-from curionav_cli.config import cbet_schema
 
 
 class RND(Reward):
     """Distances are L2 norms, not squared; neither pictures nor rewards are normalised."""
 
     @staticmethod
-    def build(hyper: cbet_schema.CBET) -> nn.ModuleDict:
+    def build(hyper: cbet_settings.CBET) -> nn.ModuleDict:
         fixed = Eyes(hyper.conv_channels).requires_grad_(False)
         return nn.ModuleDict({"predictor": Eyes(hyper.conv_channels), "target": fixed})
 
-    def surprise(self, batch: Batch) -> tuple[Tensor, Tensor]:
+    def learned_bonus(self, batch: Batch) -> tuple[Tensor, Tensor]:
         """Of the picture reached; the loss is its sum over T, its mean over B."""
         reached = batch.image[1:].flatten(0, 1)
         with torch.no_grad():

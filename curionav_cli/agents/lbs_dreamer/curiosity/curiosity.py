@@ -11,7 +11,7 @@ import torch
 from torch import Tensor, nn
 
 from curionav_cli.agents.lbs_dreamer.behaviour import Imagined
-from curionav_cli.agents.lbs_dreamer.mlp import MLP
+from curionav_cli.agents.lbs_dreamer.kernels.mlp import MLP
 from curionav_cli.agents.lbs_dreamer.rssm import RSSM, Observed
 from curionav_cli.agents.lbs_dreamer.world_model import Sequences
 

@@ -12,7 +12,7 @@ from torch import Tensor, nn
 
 from curionav_cli.agents.lbs_dreamer.behaviour import Imagined
 from curionav_cli.agents.lbs_dreamer.curiosity.curiosity import Curiosity, masked_mean, settled
-from curionav_cli.agents.lbs_dreamer.mlp import MLP
+from curionav_cli.agents.lbs_dreamer.kernels.mlp import MLP
 from curionav_cli.agents.lbs_dreamer.rssm import RSSM, Observed, one_hot_action
 from curionav_cli.agents.lbs_dreamer.world_model import Sequences
 

@@ -10,8 +10,8 @@ from __future__ import annotations
 
 from torch import Tensor
 
-from curionav_cli.agents.lbs_dreamer import latent
 from curionav_cli.agents.lbs_dreamer.curiosity.curiosity import Head
+from curionav_cli.agents.lbs_dreamer.kernels import latent
 from curionav_cli.agents.lbs_dreamer.rssm import Observed
 from curionav_cli.agents.lbs_dreamer.world_model import Sequences
 

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from curionav_cli.agents.keys import StateKeys
+from curionav_cli.agents.image_hash import StateKeys
 from curionav_cli.agents.lbs_dreamer.curiosity.count import Count
 from curionav_cli.storage.replay import Replay
 

@@ -1,0 +1,134 @@
+"""The settings of C-BET, as schema.py describes it; the values stand in conf/agent and conf/scale/cbet."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import Enum
+
+from curionav_cli.bounds import bounded, within
+
+
+class Reward(Enum):
+    """What C-BET's learner is rewarded for; agents/cbet/rewards has a file for each."""
+
+    cbet = "cbet"
+    count = "count"
+    rnd = "rnd"
+    icm = "icm"
+    ride = "ride"
+    motion = "motion"
+    count_oracle = "count_oracle"
+
+
+class View(Enum):
+    """Of which C-BET takes the change: a panorama that only a simulator can take, or the robot's own picture."""
+
+    pano = "pano"
+    ego = "ego"
+
+
+class Difference(Enum):
+    """Of two pictures: modulo 256, as released, or with its sign."""
+
+    wrapped = "wrapped"
+    signed = "signed"
+
+
+class Key(Enum):
+    """What of a picture its key is made from: every number, or sums of grey on a grid of 16 x 16 or 8 x 8."""
+
+    raw = "raw"
+    grey_16 = "grey_16"
+    grey_8 = "grey_8"
+
+
+class Tables(Enum):
+    """Who counts: each environment for itself, or all in one table."""
+
+    own = "own"
+    shared = "shared"
+
+
+class Reset(Enum):
+    """When counts are forgotten: at random, with each episode, never."""
+
+    random = "random"
+    episode = "episode"
+    never = "never"
+
+
+@dataclass(frozen=True)
+class Coefficient:
+    """What each reward is multiplied by."""
+
+    cbet: float
+    count: float
+    rnd: float
+    icm: float
+    ride: float
+    motion: float
+    count_oracle: float
+
+    def __post_init__(self) -> None:
+        bounded("agent.coefficient", self, {"cbet count rnd icm ride motion count_oracle": (-10**6, 10**6)})
+
+
+@dataclass(frozen=True)
+class CBET:
+    """C-BET as released, with its siblings and controls (agent.reward) and what else changes its result."""
+
+    name: str
+    reward: Reward
+    # Counts
+    view: View
+    difference: Difference
+    key: Key
+    key_bits: int
+    tables: Tables
+    reset: Reset
+    reset_prob: float
+    count_teleport: bool
+    # Reward
+    coefficient: Coefficient
+    reward_clip: float
+    normalise: bool
+    rms_momentum: float
+    rms_size: float
+    # Schedule
+    environments: int
+    unroll: int
+    batch_size: int
+    # V-trace
+    gamma: float
+    value_cost: float
+    entropy: float
+    lr: float
+    rmsprop_decay: float
+    rmsprop_epsilon: float
+    clip: float
+    # Networks
+    conv_channels: list[int]
+    dense_units: list[int]
+    lstm_units: int
+    lstm_layers: int
+    rnd_loss: float
+    forward_loss: float
+    inverse_loss: float
+
+    def __post_init__(self) -> None:
+        bounded("agent", self, {
+            "reset_prob gamma rmsprop_decay lr rmsprop_epsilon": (0, 1), "rms_momentum": (0, 0.9999),
+            "value_cost entropy rnd_loss forward_loss inverse_loss": (0, 10**6),
+            "clip reward_clip rms_size": (1e-8, 1e9), "lstm_layers": (1, 100), "environments": (1, 1000),
+            "key_bits batch_size lstm_units": (1, 10**4), "unroll": (1, 10**6)})
+        for name in ("conv_channels", "dense_units"):
+            for number in getattr(self, name) or [0]:
+                within(f"agent.{name}", number, least=1, most=10**4)
+        if self.key is not Key.raw and self.difference is Difference.wrapped:
+            raise ValueError(f"agent.difference: wrapped has no meaning for sums of grey (agent.key={self.key.value}); "
+                             "set agent.difference=signed")
+
+
+@dataclass(frozen=True)
+class CBETLifelong(CBET):
+    """C-BET strengthened by us: one table for all that is never forgotten, rewards over their running size."""

@@ -1,0 +1,1 @@
+"""Runs from their beginning to their end: launching, recording, interrupting, resuming."""

@@ -1,0 +1,128 @@
+"""A docking trial: an agent explores for an episode, the robot returns to its dock; again and again."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import closing
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+from curionav_cli import build
+from curionav_cli.agents.agent import Agent
+from curionav_cli.config.schema import Config
+from curionav_cli.config.settings import settings_yaml
+from curionav_cli.errors import RunFolderError
+from curionav_cli.execution.lifecycle import fixed_settings
+from curionav_cli.execution.progress import DockProgress, line
+from curionav_cli.files import file_name
+from curionav_cli.records import DockReport
+from curionav_cli.robot.env import RobotEnv
+from curionav_cli.storage import checkpoint
+from curionav_cli.storage.run_folder import RunFolder
+
+EVERY = 10  # homecomings between two checkpoints
+
+
+class DockingTrial:
+    """Episodes, each followed by a homecoming (lifecycle.Task)."""
+
+    unit = "homecoming"
+
+    def __init__(self, settings: Config, folder: Path):
+        self.settings, self.run, self.total = settings, RunFolder(folder), settings.dock.requests
+        self.world = build.scene(settings)
+        self.fixed = fixed_settings(settings, self.world.plan, loop=("steps",))
+
+    def agent(self) -> Agent:
+        return build.agent(self.settings, self.world)
+
+    def create(self, about: dict[str, Any]) -> None:
+        self.run.create(settings_yaml(self.settings), self.fixed, about, self.world.plan)
+
+    def verify(self, done: int) -> None:
+        rows = self.run.metrics()
+        if len(rows) < done:
+            raise RunFolderError(f"{self.run.metrics_file} ends after {len(rows)} of {done} homecomings, "
+                                 "so the run cannot go on. Restore it from a copy.")
+
+    def rewind(self, done: int) -> None:
+        self.run.write_metrics(self.run.metrics()[:done])
+
+    def work(self, agent: Agent, first: int) -> None:
+        """From request `first` to the last, then tables and figure."""
+        run, settings = self.run, self.settings
+        env = build.robot_env(settings, self.world, pictures=agent.learns)
+        found = checkpoint.newest(run.checkpoints, self.fixed, self.verify)
+        if found:
+            env.load(found[1])
+        docked = sum(row["code"] == "docked" for row in run.metrics())
+        run.set_status(state="running", error=None, homecoming=first, requests=self.total)
+        homes = returns_to_dock(env, agent, settings.loop.steps, settings.seed, first, bool(found), self.keep)
+        with closing(line(f"{settings.env.name} seed {settings.seed}", first, self.total)) as shown:
+            words = DockProgress(shown, docked)
+            for index, report in homes:
+                run.append_metrics({"episode": index, **asdict(report)})
+                words.home(report.success)
+                if index + 1 >= self.total:
+                    break
+        run.set_status(homecoming=self.total)
+        draw([run], run.path)
+
+    def keep(self, index: int, agent: Agent, env: RobotEnv) -> None:
+        """Before homecoming `index`, now and then: all that it takes to go on from here."""
+        if index % EVERY:
+            return
+
+        def write(folder: Path) -> None:
+            agent.save(folder)
+            env.save(folder)
+        checkpoint.save(self.run.checkpoints, index, self.fixed, write)
+        self.run.set_status(homecoming=index)
+
+
+def returns_to_dock(env: RobotEnv, agent: Agent, steps: int, seed: int, first: int, restored: bool,
+                    keep: Callable[[int, Agent, RobotEnv], None]) -> Iterator[tuple[int, DockReport]]:
+    """Explore and go home for ever: the number of each homecoming and its report.
+
+    restored: the episode before homecoming `first` was lived already, and the robot stands at its end.
+    """
+    observation, info = env.reset(seed=seed, options={"episode": first + restored})
+    if restored:
+        yield first, DockReport.of(info["dock"])
+    index = first + restored
+    while True:
+        agent.begin()
+        for _ in range(steps):
+            observation, _, _, low, info = env.step(agent.act(observation, info))
+            if low:
+                break
+        keep(index, agent, env)
+        observation, info = env.reset()
+        yield index, DockReport.of(info["dock"])
+        index += 1
+
+
+def draw(runs: Sequence[RunFolder], root: Path) -> None:
+    """Tables and the figure of arrivals, into `root`."""
+    from curionav_cli.results import docking, docking_plots, plots, tables  # matplotlib only when there is something
+
+    each, together = docking.counted(runs)
+    rows = [docking.summary(one.where, one.docks) for one in [*each, *together]]
+    ends = [row for one in [*each, *together] for row in docking.endings(one.where, one.docks)]
+    tries = [row for one in [*each, *together] for row in docking.attempts(one.where, one.docks)]
+    parts = (tables.markdown(rows, docking.TABLE, docking.BELOW),
+             tables.markdown(ends, docking.FAILURES, "counts add up to the requests"),
+             tables.markdown(tries, docking.RECOVERIES, "attempts by what came before them"))
+    text = {"table.md": "\n".join(parts), "results.csv": tables.comma_separated(rows),
+            "endings.csv": tables.comma_separated(ends), "attempts.csv": tables.comma_separated(tries)}
+    folder = RunFolder(root)
+    for name, content in text.items():
+        folder.write(name, content)
+    folder.figures.mkdir(exist_ok=True)
+    pooled = [{**one.where, "seed": None} for one in together]
+    for run, where, docks in [*together, *(one for one in each if {**one.where, "seed": None} not in pooled)]:
+        light, name = run.settings["robot"]["docking"]["infrared"], ", ".join(map(str, where.values()))
+        title = f"{name}\n{sum(dock.success for dock in docks)} of {len(docks)} docked"
+        figure = docking_plots.arrivals(docks, light["cone"], light["range"], run.plan.radius, title)
+        plots.save(figure, folder.figures / f"arrivals{'' if len(runs) == 1 else '_' + file_name(name)}.png")

@@ -1,0 +1,124 @@
+"""A run from its beginning to its end, also after an interruption: what explore and train have in common."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any, Protocol
+
+import yaml
+
+from curionav_cli.agents.agent import Agent
+from curionav_cli.config.schema import Config
+from curionav_cli.config.settings import settings_yaml
+from curionav_cli.errors import RunFolderError
+from curionav_cli.execution import precision
+from curionav_cli.execution.interrupts import ended, stoppable
+from curionav_cli.execution.progress import say
+from curionav_cli.files import read_json
+from curionav_cli.records import FloorPlan
+from curionav_cli.storage import checkpoint, provenance
+from curionav_cli.storage.run_folder import RunFolder
+
+
+class Task(Protocol):
+    """What a command does in its run folder.
+
+    fixed: the settings that a run may not change when it goes on. unit: what its checkpoints count,
+    total: how many of them are to be done.
+    """
+
+    settings: Config
+    run: RunFolder
+    fixed: dict[str, Any]
+    unit: str
+    total: int
+
+    def agent(self) -> Agent:
+        """Who learns, or only acts."""
+
+    def create(self, about: dict[str, Any]) -> None:
+        """Begin the folder; about: for run.json."""
+
+    def verify(self, done: int) -> None:
+        """Raises RunFolderError where the first `done` units are not there, or not whole."""
+
+    def rewind(self, done: int) -> None:
+        """Forget what came after the first `done` units."""
+
+    def work(self, agent: Agent, first: int) -> None:
+        """From unit `first` to the last."""
+
+
+def run_task(command: str, task: Task) -> RunFolder:
+    """Do the work in its folder to the end; a folder that holds its beginning is continued.
+
+    Raises UserError before anything is written, RunFailed where the run cannot go on.
+    """
+    run, found = task.run, None
+    with run.alone(), stoppable():
+        begun = run.config.is_file()
+        run.refuse_rest()
+        if begun:
+            checkpoint.refuse_changes(run.path, read_json(run.path / "fixed.json"), task.fixed)
+            if finished(task):
+                say(f"{run.path}: is done already")
+                return run
+            found = newest(task)
+        agent = task.agent()
+        try:
+            if begun:
+                continue_run(task, agent, found)
+            else:
+                about = provenance.about(run.path, command, str(agent.device), task.settings.seed)
+                task.create({**about, **precision.about(task.settings), "question": task.settings.question})
+            task.work(agent, found[0] if found else 0)
+            run.set_status(state="done")
+        except BaseException as error:
+            failure = ended(run, error)
+            if failure is error:
+                raise
+            raise failure from error
+    return run
+
+
+def finished(task: Task) -> bool:
+    """Whether nothing is left to do; a broken status does not say so."""
+    try:
+        status = task.run.status
+    except RunFolderError:
+        return False
+    return status.get("state") == "done" and status.get(task.unit, 0) >= task.total and \
+        bool(checkpoint.finished(task.run.checkpoints))
+
+
+def newest(task: Task) -> tuple[int, Path] | None:
+    """The checkpoint to go on from; None where the run ended before its first one."""
+    found = checkpoint.newest(task.run.checkpoints, task.fixed, task.verify)
+    if not found and len(task.run.metrics()) > 1:
+        raise RunFolderError(f"{task.run.checkpoints} holds no whole checkpoint of what was done. "
+                             "Restore it from a copy, or start a new run in another folder.")
+    return found
+
+
+def continue_run(task: Task, agent: Agent, found: tuple[int, Path] | None) -> None:
+    """Put the run back to its newest checkpoint."""
+    done, folder = found or (0, None)
+    task.rewind(done)
+    if folder:
+        agent.load(folder)
+    say(f"{task.run.path}: goes on after {done} finished {task.unit}{'' if done == 1 else 's'}")
+    task.run.write("config.yaml", settings_yaml(task.settings))  # it may have become longer
+
+
+def fixed_settings(settings: Config, plan: FloorPlan, loop: Sequence[str] = ()) -> dict[str, Any]:
+    """What a run may not change when it goes on. Files may move: what is in them stands for them."""
+    plain = yaml.safe_load(settings_yaml(settings))
+    fixed = {key: plain[key] for key in ("env", "agent", "robot", "seed")}
+    fixed["env"] = {key: value for key, value in plain["env"].items() if key not in ("map", "overlay")}
+    fixed["loop"] = {key: plain["loop"][key] for key in loop}
+    fixed["visitable cells (sha256)"] = hashlib.sha256(plan.visitable.tobytes()).hexdigest()
+    if settings.env.overlay:
+        fixed["overlay (sha256)"] = hashlib.sha256(Path(settings.env.overlay).read_bytes()).hexdigest()
+    return fixed

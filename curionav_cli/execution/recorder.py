@@ -1,0 +1,115 @@
+"""Looks on while a run is lived or trained: writes metrics, checkpoint and status, in that order."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import Any
+
+from curionav_cli import build
+from curionav_cli.agents.agent import Agent
+from curionav_cli.execution.progress import ExploreProgress, ServeProgress, TrainProgress
+from curionav_cli.geometry import wrapped
+from curionav_cli.records import Episode, Foresight
+from curionav_cli.results.coverage import Coverage
+from curionav_cli.storage import checkpoint
+from curionav_cli.storage.loggers import Local
+from curionav_cli.storage.replay import Replay
+from curionav_cli.storage.run_folder import RunFolder
+from curionav_cli.world.motion import FORWARD, LEFT, RIGHT
+
+
+class Keeper:
+    """Keeps what was done, so that a killed run goes on. `fixed`: the settings that it may then not change."""
+
+    def __init__(self, run: RunFolder, agent: Agent, replay: Replay | None, fixed: dict[str, Any], logger: Local):
+        self.run, self.agent, self.replay, self.fixed, self.logger = run, agent, replay, fixed, logger
+
+    def keep(self, done: int, row: dict[str, Any], **status: Any) -> None:
+        """After `done` episodes, or iterations: a row of metrics.jsonl, a checkpoint, the status."""
+        self.run.append_metrics(row)
+        self.logger.add(row)
+        checkpoint.save(self.run.checkpoints, done, self.fixed, self.save)
+        self.run.set_status(**status, **self.usage())
+
+    def save(self, folder: Path) -> None:
+        """Fill a checkpoint."""
+        self.agent.save(folder)
+
+    def usage(self) -> dict[str, Any]:
+        """What a learner's replay holds, for status.json; nothing where the learner is elsewhere."""
+        replay = self.replay
+        return {"replay": {"episodes": len(replay), "steps": replay.steps, "bytes_in_memory": replay.in_memory,
+                           "bytes_on_disk": replay.on_disk}} if replay is not None and self.agent.learns else {}
+
+
+class Recorder(Keeper):
+    """Watches a life (loop.Callbacks) and counts its coverage. env: none where it is lived elsewhere."""
+
+    def __init__(self, run: RunFolder, env: build.Environment | None, agent: Agent, replay: Replay | None,
+                 fixed: dict[str, Any], logger: Local, coverage: Coverage, report: ExploreProgress | ServeProgress):
+        super().__init__(run, agent, replay, fixed, logger)
+        self.env, self.coverage, self.report = env, coverage, report
+
+    def save(self, folder: Path) -> None:
+        """The agent, and what its world needs to go on after this episode."""
+        super().save(folder)
+        if self.env:
+            self.env.save(folder)
+
+    def counts(self) -> dict[str, float]:
+        """What the run has covered so far."""
+        return {"steps": self.coverage.steps, "visited": self.coverage.visited,
+                "visitable": self.coverage.total, "coverage": self.coverage.share}
+
+    def acted(self, step: int) -> None:
+        self.report.acted(step)
+
+    def learned(self, iteration: int) -> None:
+        self.report.learned(iteration)
+
+    def predicted(self, index: int, foresight: Foresight) -> None:
+        self.run.save_foresight(index, foresight)
+
+    def episode_done(self, index: int, episode: Episode, metrics: dict[str, float]) -> None:
+        cells = self.coverage.add(episode.pose)
+        counts = self.counts()
+        row = {"episode": index, **counts, "cells_in_episode": cells, "found": self.coverage.first[-1].tolist(),
+               **habits(episode), **belief(episode), **metrics}
+        self.keep(index + 1, row, episode=index + 1, **counts)
+        self.report.episode_done(self.coverage.share, self.coverage.visited, self.coverage.total)
+
+
+class TrainRecorder(Keeper):
+    """Watches a training without a world (loop.TrainCallbacks)."""
+
+    def __init__(self, run: RunFolder, agent: Agent, replay: Replay, fixed: dict[str, Any], logger: Local,
+                 report: TrainProgress):
+        super().__init__(run, agent, replay, fixed, logger)
+        self.report = report
+
+    def learned(self, iteration: int) -> None:
+        self.report.learned(iteration)
+
+    def trained(self, iterations: int, metrics: dict[str, float]) -> None:
+        self.keep(iterations, {"iterations": iterations, **metrics}, iteration=iterations)
+        self.report.trained(iterations)
+
+
+def belief(episode: Episode) -> dict[str, Any]:
+    """Of a robot that drifts: how far off its belief was at the end (metres, degrees), and how it had come home."""
+    if episode.estimate is None:
+        return {}
+    x, y, yaw = episode.estimate[-1] - episode.pose[-1]
+    home = {"docked": not episode.dock["human"], "carried": episode.dock["human"]} if episode.dock else {}
+    return {"position_error": math.hypot(x, y), "yaw_error": math.degrees(abs(wrapped(yaw))), **home}
+
+
+def habits(episode: Episode) -> dict[str, float]:
+    """Shares of the three actions among all steps, and of cut-short moves among forward moves."""
+    forward = episode.action == FORWARD
+    return {
+        "forward": float(forward.mean()), "left": float((episode.action == LEFT).mean()),
+        "right": float((episode.action == RIGHT).mean()),
+        "cancelled": float(episode.collided.sum() / max(1, forward.sum())),
+    }

@@ -1,0 +1,89 @@
+"""The server's end of a storage, curionav train storage=URL [--follow]: learn from what arrives, publish weights.
+
+Its run folder is that of a life that was learned from here, with episodes, metrics, predictions and figures; beside
+them ledger.sqlite and quarantine/.
+"""
+
+from __future__ import annotations
+
+import sys
+import time
+from contextlib import ExitStack, closing
+from pathlib import Path
+from typing import Any
+
+from curionav_cli.agents.agent import Agent
+from curionav_cli.config.schema import Config
+from curionav_cli.errors import Unreachable
+from curionav_cli.execution.exploration import Exploration, draw
+from curionav_cli.execution.lifecycle import run_task
+from curionav_cli.execution.precision import settled
+from curionav_cli.execution.progress import ServeProgress, say
+from curionav_cli.execution.recorder import Recorder
+from curionav_cli.execution.remote_setup import agree, opened, refuse_denied
+from curionav_cli.loop import LocalLearner, clocks, spent
+from curionav_cli.remote.inbox import Arrival, Inbox
+from curionav_cli.remote.ledger import Ledger
+from curionav_cli.remote.protocol import fingerprint
+from curionav_cli.remote.robot_sync import Time
+from curionav_cli.remote.training_server import TrainingServer
+from curionav_cli.remote.weight_publisher import WeightPublisher
+from curionav_cli.results.coverage import cover
+from curionav_cli.storage.loggers import LOGGERS
+from curionav_cli.storage.replay import Replay
+from curionav_cli.storage.run_folder import RunFolder
+
+
+def serve(settings: Config, folder: Path) -> RunFolder:
+    """Learn in `folder` from what arrives. Raises as train does."""
+    return run_task("train", Service(settled(settings, folder), folder))
+
+
+class Service(Exploration):
+    """A life that others live (lifecycle.Task)."""
+
+    def __init__(self, settings: Config, folder: Path):
+        super().__init__(settings, folder)
+        self.total = sys.maxsize  # it is never known to be over
+        self.fixed["learner"] = "server"
+
+    def work(self, agent: Agent, first: int) -> None:
+        """From the episode after the first `first` to the last that comes, then the figures."""
+        run, loop = self.run, self.settings.loop
+        with ExitStack() as stack:
+            ledger = stack.enter_context(closing(Ledger(run.path / "ledger.sqlite")))
+            replay = stack.enter_context(closing(Replay.open(
+                run.episode_paths(), memory=loop.replay_memory * 1e9, folder=run.path, every=agent.every)))
+            logger = stack.enter_context(closing(LOGGERS[self.settings.logger.value](run)))
+            recorder = Recorder(run, None, agent, replay, self.fixed, logger, cover(run.plan, run.poses()),
+                                ServeProgress(first))
+            learn = LocalLearner(agent, replay, loop.iterations, recorder, run.save_episode)
+            run.set_status(state="running", error=None, episode=first, **recorder.counts(), **recorder.usage())
+
+            def learned(position: int, arrival: Arrival) -> None:
+                began, marker = clocks(), arrival.marker
+                metrics = {**learn(position, arrival.episode), "seq": marker.seq, "weights_version": marker.weights}
+                seconds = {**spent("acting", began, began), **spent("learning", began, clocks())}  # it acted elsewhere
+                recorder.episode_done(position, arrival.episode, {**metrics, **seconds})
+
+            self.trainer(agent, ledger, learned, first).serve()
+            left = ledger.refused()
+        for name, reason in left.items():
+            say(f"episode {name} was not learned from: {reason}")
+        draw(run)
+
+    def trainer(self, agent: Agent, ledger: Ledger, learned: Any, first: int) -> TrainingServer:
+        """Raises RunFolderError where the storage is another run's."""
+        settings, remote, shared = self.settings, self.settings.remote, self.shared
+        store, mark, timing = opened(settings), fingerprint(shared), Time(time.monotonic, time.sleep)
+        inbox = Inbox(store, ledger, self.run.path / "quarantine", settings=mark, steps=settings.loop.steps,
+                      gap=remote.gap if remote.follow else 0, clock=timing.clock, say=say, every=agent.every)
+        inbox.first = ledger.rewind(first)
+        try:
+            store.create()
+            agree(store, shared)
+        except Unreachable as error:
+            refuse_denied(settings, error)
+            say(f"the storage is not reachable ({error})")
+        return TrainingServer(inbox, WeightPublisher(store, ledger, mark, say), learned, agent.export_weights, first,
+                              remote, timing, say)

@@ -1,0 +1,72 @@
+"""Offline training on stored episodes."""
+
+from __future__ import annotations
+
+from contextlib import closing
+from pathlib import Path
+from typing import Any
+
+from curionav_cli import build
+from curionav_cli.agents.agent import Agent
+from curionav_cli.config.schema import Config
+from curionav_cli.config.settings import settings_yaml
+from curionav_cli.errors import RunFolderError
+from curionav_cli.execution.lifecycle import fixed_settings, run_task
+from curionav_cli.execution.precision import settled
+from curionav_cli.execution.progress import TrainProgress, line
+from curionav_cli.execution.recorder import TrainRecorder
+from curionav_cli.files import read_json
+from curionav_cli.loop import train as learn
+from curionav_cli.storage import episodes
+from curionav_cli.storage.loggers import LOGGERS
+from curionav_cli.storage.replay import Replay
+from curionav_cli.storage.run_folder import RunFolder
+
+EVERY = 100  # iterations between two saves
+
+
+def train(settings: Config, folder: Path) -> RunFolder:
+    """Train in `folder` to the end; a folder that holds the beginning is continued.
+
+    Raises UserError before anything is written, RunFailed where the run cannot go on.
+    """
+    return run_task("train", Training(settled(settings, folder), folder))
+
+
+class Training:
+    """Learning from what stands in `data` when it begins (lifecycle.Task); episodes that come later do not."""
+
+    unit = "iteration"
+
+    def __init__(self, settings: Config, folder: Path):
+        self.settings, self.run, self.total = settings, RunFolder(folder), settings.loop.iterations
+        self.data, self.world = Path(settings.data or ""), build.scene(settings)
+        begun = read_json(folder / "fixed.json") if self.run.config.is_file() else {}
+        names = list(begun.get("episodes", ())) or episodes.names(self.data)
+        self.fixed = fixed_settings(settings, self.world.plan)
+        self.fixed["episodes"] = episodes.checksums(self.data, names)
+
+    def agent(self) -> Agent:
+        return build.agent(self.settings, self.world)
+
+    def create(self, about: dict[str, Any]) -> None:
+        self.run.create(settings_yaml(self.settings), self.fixed, about, plan=None)
+
+    def verify(self, done: int) -> None:
+        if not any(row["iterations"] == done for row in self.run.metrics()):
+            raise RunFolderError(f"{self.run.metrics_file} does not reach iteration {done}, so the run cannot go on. "
+                                 "Restore it from a copy.")
+
+    def rewind(self, done: int) -> None:
+        self.run.write_metrics([row for row in self.run.metrics() if row["iterations"] <= done])
+
+    def work(self, agent: Agent, first: int) -> None:
+        """From iteration `first` to the last."""
+        run, label = self.run, f"{self.settings.agent.name} seed {self.settings.seed}"
+        stored, memory = [self.data / name for name in self.fixed["episodes"]], self.settings.loop.replay_memory * 1e9
+        with closing(Replay.open(stored, memory=memory, folder=run.path, every=agent.every)) as replay, \
+                closing(LOGGERS[self.settings.logger.value](run)) as logger, \
+                closing(line(label, first, self.total)) as shown:
+            study = TrainRecorder(run, agent, replay, self.fixed, logger, TrainProgress(shown))
+            run.set_status(state="running", error=None, iteration=first, iterations=self.total, **study.usage())
+            learn(agent, replay, iterations=self.total, every=EVERY, watch=study, first=first)

@@ -1,0 +1,1 @@
+"""Robot and training server, which meet at an object store."""

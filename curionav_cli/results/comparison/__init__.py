@@ -1,0 +1,1 @@
+"""Many runs compared: estimates, tables, plots, one page."""

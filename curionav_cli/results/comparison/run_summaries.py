@@ -1,0 +1,86 @@
+"""Runs as a comparison needs them: poses read once, and what is missing named instead of hidden."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from curionav_cli.errors import RunFolderError
+from curionav_cli.files import read_json
+from curionav_cli.results.coverage import Curve
+from curionav_cli.results.integrity import noted
+from curionav_cli.results.labels import Settings, arm_settings, world_settings
+from curionav_cli.results.runs import Run, job_number, spent
+from curionav_cli.storage.run_folder import RunFolder, nowhere
+
+NOTED = ("landing", "visitable")  # how a run counts itself while it is lived
+
+
+@dataclass(frozen=True, eq=False)
+class RunSummary:
+    """One run, small enough to keep a hundred.
+
+    env: its name and map. ends: (E + 1,) steps lived after 0 to E episodes. budget: what was spent by then, (E + 1,) of
+    each part, nan where it is not known. whole: lived to its end, and no episode is missing. gaps: what is missing, a
+    line each.
+    """
+
+    folder: Path
+    env: Settings
+    agent: str
+    seed: int
+    preset: str
+    arm: Settings
+    world: Settings
+    curve: Curve
+    ends: np.ndarray
+    budget: dict[str, np.ndarray]
+    state: str
+    error: str
+    whole: bool
+    gaps: tuple[str, ...]
+
+    @property
+    def steps(self) -> int:
+        return int(self.ends[-1])
+
+    def spent(self, steps: int) -> dict[str, float]:
+        """The budget of the first `steps` steps, with the learning after the episode that they end in."""
+        episodes = int(np.searchsorted(self.ends, steps))
+        return {key: float(sums[episodes]) for key, sums in self.budget.items()}
+
+
+def folders(path: Path) -> list[Path]:
+    """The run at `path`, or every job of the sweep there, those that never began too, by their numbers.
+
+    Raises RunFolderError where there is neither.
+    """
+    if (path / "config.yaml").is_file():
+        return [path]
+    jobs = {mark.parent for name in (".hydra", "run.json") for mark in path.glob(f"*/{name}")}
+    if not path.is_dir():
+        raise RunFolderError(nowhere(path))
+    if not jobs:
+        raise RunFolderError(f"{path} holds neither a run nor a sweep.")
+    return sorted(jobs, key=lambda job: job_number(job.name))
+
+
+def read(folder: Path, rule: str, denominator: str) -> RunSummary:
+    """The run in `folder`. Raises RunFolderError where nothing of it can be shown."""
+    if not (folder / "config.yaml").is_file():
+        raise RunFolderError(f"{folder} did not begin; if it failed, its log says why")
+    run = Run(RunFolder(folder), rule, denominator)
+    fixed, metrics = read_json(folder / "fixed.json"), run.folder.metrics()
+    found = (noted(run.folder, run.plan, metrics) if (rule, denominator) == NOTED else None) or run.readable
+    state, error = found.status.get("state") or "unknown", found.status.get("error") or ""
+    if len(found.ends) == 1:
+        raise RunFolderError("; ".join([f"{folder} has no finished episode ({state})",
+                                        *filter(None, [error, found.lost])]))
+    ends = np.array(found.ends)
+    budget = {key: np.append(sums, np.full(max(0, len(ends) - len(sums)), np.nan))
+              for key, sums in spent(metrics).items()}
+    return RunSummary(folder, run.config["env"], run.agent, run.seed, run.preset, arm_settings(fixed),
+                      world_settings(fixed),
+                      found.curve, ends, budget, state, error, state == "done" and not found.lost, found.gaps)

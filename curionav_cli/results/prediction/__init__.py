@@ -1,0 +1,1 @@
+"""Predicted observations beside the real ones."""

@@ -1,0 +1,115 @@
+"""Does surprise tell new places from known ones? By action, by position in the sequence, from stored predictions.
+
+A view is new where the agent, which sees the frames that it acts on, had none in an earlier episode from within NEW
+metres that looks the same way, and known where it had one from within KNOWN metres. The ratio is that of the mean
+signal over new views to that over known ones; AUC is the probability that a new view has the higher signal (Mann and
+Whitney's U over the number of pairs).
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from curionav_cli.files import read_arrays
+from curionav_cli.records import Foresight
+from curionav_cli.results.prediction.stored_predictions import newest
+from curionav_cli.results.runs import Run
+
+NEWEST = 20  # episodes that are judged
+NEW, KNOWN = 0.25, 0.1  # metres: a step of the robot, and what hardly changes a picture
+SAME_WAY = np.radians(25)
+SETTLED = 5  # views after which a window that starts in mid-episode is past its zero state
+KINDS = ("all", "forward", "turn", "cancelled")
+SIGNALS = ("kl", "reward")
+
+
+class Views(NamedTuple):
+    """Every frame that was judged: its distance (N,) in metres from earlier views, kind of the action that led to it
+    (N,), position in its window (N,), whether that is past the zero state (N,), and both signals (2, N)."""
+
+    distance: np.ndarray
+    kind: np.ndarray
+    position: np.ndarray
+    settled: np.ndarray
+    signal: np.ndarray
+
+
+def views(run: Run) -> Views | None:
+    """Of the newest episodes, each against all before it; None where there are no predictions, or one episode only."""
+    stored = {index: one for index, one in newest(run, NEWEST).items() if index}
+    if not stored:
+        return None
+    paths, poses = run.episodes, run.poses()
+    found = []
+    for index, one in stored.items():
+        lived, seen = read_arrays(paths[index], ("action", "collided")), slice(None, None, one.every)
+        away = distance(poses[index][seen], np.concatenate([pose[seen] for pose in poses[:index]]))
+        found.append(judged(one, away, kinds(lived["action"], lived["collided"], one.every)))
+    return Views(*(np.concatenate(parts, -1) for parts in zip(*found)))
+
+
+def judged(foresight: Foresight, away: np.ndarray, kind: np.ndarray) -> Views:
+    """The frames of an episode's windows; distance and kind (T+1,) of those that were acted on."""
+    surprise = foresight.surprise
+    frame = surprise.frame // foresight.every
+    position = np.broadcast_to(np.arange(frame.shape[1]), frame.shape)
+    settled = (position >= SETTLED) | (frame[:, :1] == 0)
+    return Views(away[frame].ravel(), kind[frame].ravel(), position.ravel(), settled.ravel(),
+                 np.stack([surprise.kl.ravel(), surprise.reward.ravel()]))
+
+
+def kinds(action: np.ndarray, collided: np.ndarray, every: int = 1) -> np.ndarray:
+    """Index into KINDS of what led to each of T+1 frames; 0 for the first. A held action is cancelled if all its steps
+    are: (T,) twice, T // every actions."""
+    lived = len(action) // every * every
+    cancelled = collided[:lived].reshape(-1, every).all(1)
+    return np.concatenate([[0], np.where(cancelled, 3, np.where(action[:lived:every] == 0, 1, 2))])
+
+
+def distance(pose: np.ndarray, earlier: np.ndarray) -> np.ndarray:
+    """(N, 3), (M, 3) -> (N,) metres to the nearest earlier pose that looks the same way; inf where there is none."""
+    far = 2 * NEW  # headings as a place on a circle, so that a chord of SAME_WAY is as long as `far`
+    circle = far / (2 * np.sin(SAME_WAY / 2))
+    def place(poses: np.ndarray) -> np.ndarray:
+        return np.column_stack([poses[:, :2], circle * np.cos(poses[:, 2]), circle * np.sin(poses[:, 2])])
+    from scipy.spatial import cKDTree  # loaded for those who judge
+
+    tree, found = cKDTree(place(earlier)), np.full(len(pose), np.inf)
+    for n, near in enumerate(tree.query_ball_point(place(pose), np.hypot(far, far))):
+        turned = np.abs((earlier[near, 2] - pose[n, 2] + np.pi) % (2 * np.pi) - np.pi)
+        same = np.asarray(near, np.int64)[turned <= SAME_WAY]
+        if len(same):
+            found[n] = np.hypot(*(earlier[same, :2] - pose[n, :2]).T).min()
+    return found
+
+
+def table(found: Views) -> list[dict[str, Any]]:
+    """A row for each kind of action: numbers of views, and of each signal both means, their ratio and the AUC."""
+    rows = []
+    for kind, name in enumerate(KINDS):
+        of_kind = found.settled & ((found.kind == kind) if kind else (found.kind > 0))
+        new, known = of_kind & (found.distance > NEW), of_kind & (found.distance < KNOWN)
+        row: dict[str, Any] = {"views": name, "new": int(new.sum()), "known": int(known.sum())}
+        for name, signal in zip(SIGNALS, found.signal, strict=True):
+            row |= {f"{name} {key}": value for key, value in compared(signal[new], signal[known]).items()}
+        rows.append(row)
+    return rows
+
+
+def compared(new: np.ndarray, known: np.ndarray) -> dict[str, float | None]:
+    """None for what too few views cannot tell."""
+    if not len(new) or not len(known):
+        return dict.fromkeys(("new", "known", "ratio", "auc"))
+    means = float(new.mean()), float(known.mean())
+    from scipy.stats import mannwhitneyu
+
+    auc = float(mannwhitneyu(new, known).statistic) / (len(new) * len(known))
+    return {"new": means[0], "known": means[1], "ratio": means[0] / means[1] if means[1] > 0 else None, "auc": auc}
+
+
+def by_position(found: Views) -> dict[int, float]:
+    """The mean KL by the position in a window: what starting from a zero state adds."""
+    return {int(n): float(found.signal[0][found.position == n].mean())
+            for n in (0, 1, 2, 5, 10, 20, found.position.max()) if (found.position == n).any()}

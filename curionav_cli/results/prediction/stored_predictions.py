@@ -1,0 +1,109 @@
+"""What an agent expected of episodes before it learned from them, beside what it then saw."""
+
+from __future__ import annotations
+
+import json
+import math
+import warnings
+from typing import NamedTuple
+
+import numpy as np
+
+from curionav_cli.errors import RunFolderError, SoundnessWarning
+from curionav_cli.files import read_arrays
+from curionav_cli.records import Foresight
+from curionav_cli.results.prediction import moved_objects
+from curionav_cli.results.runs import Run
+
+NEWEST = 5  # episodes; the agent hardly changes over them
+
+
+class Strip(NamedTuple):
+    """One window of an episode at F steps, counted from the last frame that the agent saw.
+
+    step (F,); frame (F,), of the episode; truth and predicted (F, 64, 64, 3) uint8; pose (F, 3); places in
+    metres where objects that moved before the episode stood and stand; circles (F): around what differs because
+    of them.
+    """
+
+    episode: int
+    step: np.ndarray
+    frame: np.ndarray
+    truth: np.ndarray
+    predicted: np.ndarray
+    pose: np.ndarray
+    places: list[tuple[float, float]]
+    circles: list[list[moved_objects.Ellipse]]
+
+
+class Errors(NamedTuple):
+    """Mean squared errors in units of [0, 1] after 1 to H actions, one row an episode or a run: (N, H) each.
+
+    every: steps for which an action is held.
+    """
+
+    predicted: np.ndarray
+    repeated: np.ndarray
+    every: int
+
+    @property
+    def steps(self) -> np.ndarray:
+        """The robot's, after which each of the H was measured."""
+        return np.arange(1, self.predicted.shape[1] + 1) * self.every
+
+    def after(self, actions: int) -> tuple[float, float]:
+        return float(self.predicted[:, actions - 1].mean()), float(self.repeated[:, actions - 1].mean())
+
+
+def newest(run: Run, most: int = NEWEST) -> dict[int, Foresight]:
+    """The predictions of the newest episodes, oldest first; none where the agent predicts nothing. Broken ones are
+    named and left out: nothing else is built on them."""
+    found = {}
+    for index, path in list(run.foresights.items())[-most:]:
+        try:
+            found[index] = Foresight.load(path)
+        except RunFolderError as error:
+            warnings.warn(f"{error} Left out.", SoundnessWarning, stacklevel=2)
+    return found
+
+
+def errors(run: Run) -> Errors | None:
+    """Of the newest episodes, each the mean of its windows."""
+    read = list(newest(run).values())
+    return over_runs([Errors(one.error, one.repeat, one.every) for one in read]) if read else None
+
+
+def over_runs(several: list[Errors]) -> Errors:
+    """One row for each of them, as far as all of them predicted."""
+    actions = min(one.predicted.shape[1] for one in several)
+    predicted = np.stack([one.predicted.mean(0)[:actions] for one in several])
+    repeated = np.stack([one.repeated.mean(0)[:actions] for one in several])
+    return Errors(predicted, repeated, several[0].every)
+
+
+def strips(run: Run) -> list[Strip]:
+    """Every window of the newest episodes, the newest episode first."""
+    env = run.config["env"]
+    camera = moved_objects.Camera(env["camera"], math.tan(math.radians(env["fov"] / 2)))
+    found = [window for index, one in reversed(newest(run).items()) for window in windows(run, index, one)]
+    differences = [moved_objects.difference(window.predicted, window.truth) for window in found]
+    usual = [moved_objects.usual(np.stack(same)) for same in zip(*differences)]
+    return [window._replace(circles=circles(window, difference, usual, camera))
+            for window, difference in zip(found, differences)]
+
+
+def windows(run: Run, index: int, foresight: Foresight) -> list[Strip]:
+    """Predictions beside the episode's own frames; no circles yet."""
+    lived = read_arrays(run.folder.episode_path(index), ("image", "pose", "events"))
+    places = moved_objects.places(json.loads(str(lived["events"])))
+    return [Strip(index, foresight.step, frame, lived["image"][frame], image, lived["pose"][frame], places, [])
+            for frame, image in zip(foresight.frame, foresight.image)]
+
+
+def circles(window: Strip, difference: np.ndarray, usual: list[float], camera: moved_objects.Camera
+            ) -> list[list[moved_objects.Ellipse]]:
+    """For every step of a window; a step that was seen has none. difference (F, 64, 64), usual (F)."""
+    return [[moved_objects.ellipse(region) for region in
+             moved_objects.regions(apart, one_usual, moved_objects.around(window.places, pose, camera, len(apart)))]
+            if step > 0 else []
+            for step, apart, one_usual, pose in zip(window.step, difference, usual, window.pose)]

@@ -1,0 +1,1 @@
+"""Materials by name, drawn as images."""

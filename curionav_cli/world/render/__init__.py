@@ -1,0 +1,1 @@
+"""Images of a scene: camera, culling, two engines."""

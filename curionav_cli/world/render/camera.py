@@ -1,0 +1,37 @@
+"""One scene's boxes as its camera sees them: everything that an engine needs, ready before the first frame."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from curionav_cli.world.render.box_tables import BoxTables, build_box_tables
+from curionav_cli.world.render.culling import Culling
+from curionav_cli.world.render.texture_atlas import Atlas
+from curionav_cli.world.scene.scene import Scene
+
+SIDE = 64
+FAR = 10.0  # metres; depth is capped here
+
+
+@dataclass(frozen=True)
+class Camera:
+    """slope (64,) float32: how far each row's rays rise a metre of depth; across (64,): to the right."""
+
+    slope: np.ndarray
+    across: np.ndarray
+    surfaces: BoxTables
+    culling: Culling
+    texels: np.ndarray  # uint32, the atlas
+    tangent: float  # of half the field of view
+    far: float = FAR
+
+
+def view(scene: Scene, atlas: Atlas) -> Camera:
+    tangent = float(np.tan(np.radians(scene.fov) / 2.0))
+    offset = (np.arange(SIDE) + 0.5) / (SIDE / 2) - 1.0
+    slope = -tangent * offset
+    surfaces = build_box_tables(scene.boxes, atlas, scene.height, scene.camera, slope, 2.0 * tangent / SIDE)
+    return Camera(slope.astype(np.float32), tangent * offset, surfaces, Culling(surfaces, scene.size, tangent),
+                  atlas.texels, tangent)

@@ -1,0 +1,94 @@
+"""The camera: 64 x 64 RGB and exact depth of axis-aligned boxes, without GL.
+
+The camera is level, so the ray of column c runs over the floor with forward component 1, and at depth d
+the ray of row r is at height camera + slope_r d. Two engines draw it, numpy (numpy_engine.py) and numba
+(numba_engine.py); they differ in a handful of pixels on edges, so a run keeps to one of them.
+"""
+
+from __future__ import annotations
+
+import copy
+
+import numpy as np
+
+from curionav_cli.errors import SceneError
+from curionav_cli.world.motion import COS, HEADINGS, SIN
+from curionav_cli.world.render.camera import FAR, SIDE, view
+from curionav_cli.world.render.intersections import Rays, rays
+from curionav_cli.world.render.numpy_engine import NumpyEngine
+from curionav_cli.world.render.texture_atlas import Atlas, build_atlas
+from curionav_cli.world.scene.scene import Scene
+
+__all__ = ["ENGINES", "FAR", "SIDE", "Renderer"]
+
+
+def _numba(views):
+    try:
+        from curionav_cli.world.render.numba_engine import NumbaEngine
+    except ImportError:
+        raise SceneError("env.engine=numba needs numba, which is not installed: pip install 'curionav[fast]', "
+                         "or env.engine=numpy.") from None
+    return NumbaEngine(views)
+
+
+ENGINES = {"numpy": NumpyEngine, "numba": _numba}
+
+
+class Renderer:
+    """Draws one scene. Stateless but for its tables: `showing` gives the renderer of a changed scene."""
+
+    def __init__(self, scene: Scene, engine: str = "numpy", atlas: Atlas | None = None):
+        if engine not in ENGINES:
+            raise SceneError(f"env.engine must be one of {', '.join(ENGINES)}, not {engine!r}.")
+        self.scene = scene
+        self.engine = engine
+        self._atlas = atlas or build_atlas(scene)
+        self.view = view(scene, self._atlas)
+        self._draw = ENGINES[engine](self.view).draw
+        self._headings = rays(COS, SIN, self.view.across)
+
+    def showing(self, scene: Scene) -> Renderer:
+        """The renderer of the same scene in another episode: textures are shared, and boxes where none moved."""
+        if scene is self.scene:
+            return self
+        if scene.boxes is not self.scene.boxes:
+            return Renderer(scene, self.engine, self._atlas)
+        other = copy.copy(self)
+        other.scene = scene
+        return other
+
+    def render(self, x, y, heading, brightness=None) -> tuple[np.ndarray, np.ndarray]:
+        """Pictures from poses with integer headings, each scalar or (n,); brightness likewise, or the scene's.
+
+        Returns rgb (n, 64, 64, 3) uint8 and depth (n, 64, 64) float32, metres along the optical axis.
+        """
+        heading = np.atleast_1d(heading)
+        chosen = Rays(*(table.take(heading, axis=0) for table in self._headings))
+        return self._all(x, y, COS.take(heading), SIN.take(heading), chosen, brightness)
+
+    def look(self, x, y, yaw, brightness=None) -> tuple[np.ndarray, np.ndarray]:
+        """The same for any yaw in radians."""
+        yaw = np.atleast_1d(np.asarray(yaw, np.float64))
+        cosine, sine = np.cos(yaw), np.sin(yaw)
+        return self._all(x, y, cosine, sine, rays(cosine, sine, self.view.across), brightness)
+
+    def panorama(self, x, y, heading, views: int = 4, brightness=None) -> tuple[np.ndarray, np.ndarray]:
+        """`views` pictures of each pose, evenly around to the left: rgb (n, views, 64, 64, 3), depth alike."""
+        if views < 1 or HEADINGS % views:
+            raise ValueError(f"a panorama has 1, 2, 3, 4, 6, 9, 12, 18 or 36 views, not {views}")
+        turns = (np.atleast_1d(heading)[:, None] + np.arange(views) * (HEADINGS // views)) % HEADINGS
+        x, y = np.repeat(np.atleast_1d(x), views), np.repeat(np.atleast_1d(y), views)
+        if brightness is not None:
+            brightness = np.repeat(np.atleast_1d(brightness), views)
+        rgb, depth = self.render(x, y, turns.ravel(), brightness)
+        return rgb.reshape(-1, views, *rgb.shape[1:]), depth.reshape(-1, views, *depth.shape[1:])
+
+    def _all(self, x, y, cosine: np.ndarray, sine: np.ndarray, chosen: Rays,
+             brightness) -> tuple[np.ndarray, np.ndarray]:
+        x, y = np.atleast_1d(np.asarray(x, np.float64)), np.atleast_1d(np.asarray(y, np.float64))
+        rgb = np.empty((len(x), SIDE, SIDE, 3), np.uint8)
+        depth = np.empty((len(x), SIDE, SIDE), np.float32)
+        if brightness is None:
+            brightness = np.full(len(x), self.scene.brightness)
+        self._draw(x, y, cosine, sine, chosen, brightness, rgb, depth)
+        return rgb, depth

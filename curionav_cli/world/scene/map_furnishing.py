@@ -1,0 +1,237 @@
+"""What a 2-D map lacks: heights, colours, floors, lamps. Seeded by the map, so it is always the same.
+
+Rooms are guessed from the widths of the free space; each gets its own walls and floor. Small solid
+islands become furniture of their own height and material, long walls get posters and windows.
+"""
+
+from __future__ import annotations
+
+import math
+import zlib
+
+import numpy as np
+from scipy import ndimage
+
+from curionav_cli.world.scene.boxes import EAST, NORTH, SOUTH, WEST, Box
+from curionav_cli.world.scene.ground import Ground
+from curionav_cli.world.scene.layout import PLAIN, poster, room_at
+from curionav_cli.world.scene.reachability import CELLS, air
+from curionav_cli.world.scene.rectangle_cover import mesh, widened
+from curionav_cli.world.scene.scene_file import Lists
+from curionav_cli.world.scene.scene_format import Poster, Room, Solid
+
+WALLS = ("plaster_white", "plaster_sand", "plaster_sage", "plaster_blue", "plaster_rose", "brick",
+         "stripe_blue", "stripe_green", "plaster_grey", "brick_white", "panel", "plaster_ochre")
+FLOORS = ("planks", "tiles_grey", "carpet_blue", "parquet", "tiles_cream", "carpet_green", "concrete",
+          "carpet_red", "planks_dark")
+ISLANDS = (("doors", 0.9), ("drawers", 0.8), ("fabric_blue", 0.7), ("books", 1.6), ("wood_oak", 0.74),
+           ("fabric_green", 0.75), ("cardboard", 0.6), ("kitchen", 0.9), ("fabric_red", 0.7))
+ART = ("poster_1", "poster_2", "poster_3", "poster_4", "poster_5", "poster_6", "window")
+WINDOW, LARGE, SMALL = (0.9, 1.0, 0.9), (0.6, 0.8, 0.8), (0.4, 0.5, 0.9)  # width, height, lower edge
+POST = ("wood_dark", 0.75)  # an island of one or two cells: the leg of a table or chair
+WIDTHS = (1.5, 0.95, 0.55)  # metres from the walls: rooms are told apart where the space between is narrower
+LONGEST = 4.0
+AHEAD = 0.03  # metres before a face: the room it looks at
+ISLAND = 2.2
+POST_SIZE = 0.16
+POSTER_SPACING = 2.6
+SHORT, SHORTEST = 1.3, 0.45  # faces for small posters only, and for none
+LAMP_SPACING = 2.4
+
+
+def dress(free: np.ndarray, resolution: float, height: float,
+          told: Lists) -> tuple[list[Box], Ground, tuple[tuple[float, float], ...]]:
+    """Boxes, floor and lamps for the free cells (rows, columns) of a map with `resolution` m cells.
+
+    What an overlay tells (rooms, solids, posters) replaces what would be guessed there.
+    """
+    rng = np.random.default_rng(zlib.crc32(np.packbits(free).tobytes()))
+    room = rooms(free, resolution)
+    wall_of = rng.permutation(len(WALLS))[np.arange(room.max() + 2) % len(WALLS)]
+    floor_of = rng.permutation(len(FLOORS))[np.arange(room.max() + 2) % len(FLOORS)]
+    boxes, walls = _solids(~free, resolution, told.solids)
+    islands, material, tall = _islands(walls, resolution, height, rng)
+    islands = np.pad(islands, (0, 1))  # 0, a wall, just outside the map: at -1 too
+    padded = np.pad(room, 2, constant_values=-1)
+    longest = max(1, round(LONGEST / resolution))
+    pieces = np.concatenate([mesh(walls, longest), _edge(free, longest)])
+    for r0, c0, r1, c1 in _cut(pieces, told.rooms, resolution):
+        island = islands[r0, c0]
+        low, high = (c0 * resolution, r0 * resolution), (c1 * resolution, r1 * resolution)
+        if island:
+            boxes.append(Box((*low, 0.0), (*high, tall[island]), (material[island],) * 4, material[island]))
+            continue
+        beside = _rooms_beside(padded, r0, c0, r1, c1)
+        guessed = [WALLS[wall_of[number]] for number in beside]
+        sides = _told_sides(guessed, low, high, told.rooms)
+        boxes.append(Box((*low, 0.0), (*high, height), sides, sides[0]))
+        boxes += [] if told.posters else _posters(room, (r0, c0, r1, c1), resolution, rng)
+    return boxes, _ground(floor_of[np.maximum(room, 0)], resolution, told.rooms), _lamps(free, resolution)
+
+
+def _solids(occupied: np.ndarray, resolution: float, told: tuple[Solid, ...]) -> tuple[list[Box], np.ndarray]:
+    """The boxes of what the overlay gives a height, and the occupied cells that are left."""
+    boxes, left = [], occupied.copy()
+    for solid in told:
+        part = left & _inside(solid.rect, left.shape, resolution)
+        left &= ~part
+        for r0, c0, r1, c1 in (mesh(part, max(part.shape), hidden=True) * resolution).tolist():
+            boxes.append(Box((c0, r0, 0.0), (c1, r1, solid.height), (solid.material,) * 4, solid.material,
+                             fit=solid.fit))
+    return boxes, left
+
+
+def _edge(free: np.ndarray, longest: int) -> np.ndarray:
+    """Rectangles as mesh gives them, just outside the map where free cells touch its border."""
+    beside = widened(np.pad(free, 1))
+    beside[1:-1, 1:-1] = False
+    return mesh(beside, longest, hidden=True) - 1
+
+
+def _inside(rect: tuple[float, ...], shape: tuple[int, ...], resolution: float) -> np.ndarray:
+    """(rows, columns) bool: the cells whose centre lies in the rectangle."""
+    y, x = ((np.arange(n) + 0.5) * resolution for n in shape)
+    x0, y0, x1, y1 = rect
+    return ((y > y0) & (y < y1))[:, None] & ((x > x0) & (x < x1))[None, :]
+
+
+def _cut(rectangles: np.ndarray, told: tuple[Room, ...], resolution: float) -> list[list[int]]:
+    """The rectangles, each cut where a room of the overlay begins or ends."""
+    pieces: list[list[int]] = rectangles.tolist()
+    for axis in (0, 1):  # rows along y, columns along x
+        for at in sorted({round(room.rect[side] / resolution) for room in told for side in (1 - axis, 3 - axis)}):
+            crossed = [piece for piece in pieces if piece[axis] < at < piece[axis + 2]]
+            pieces = [piece for piece in pieces if piece not in crossed]
+            for piece in crossed:
+                first, second = list(piece), list(piece)
+                first[axis + 2], second[axis] = at, at
+                pieces += [first, second]
+    return pieces
+
+
+def _told_sides(guessed: list[str], low: tuple[float, float], high: tuple[float, float],
+                told: tuple[Room, ...]) -> tuple[str, str, str, str]:
+    """The materials of a wall's faces: those of the overlay's room that a face looks at, else the guess."""
+    x, y = 0.5 * (low[0] + high[0]), 0.5 * (low[1] + high[1])
+    before = ((low[0] - AHEAD, y), (high[0] + AHEAD, y), (x, low[1] - AHEAD), (x, high[1] + AHEAD))
+    rooms = [room_at(told, *at) for at in before]
+    west, east, south, north = (guess if room is PLAIN else room.wall
+                                for guess, room in zip(guessed, rooms, strict=True))
+    return west, east, south, north
+
+
+def _ground(guessed: np.ndarray, resolution: float, told: tuple[Room, ...]) -> Ground:
+    index = guessed.copy()
+    for number, room in reversed(list(enumerate(told))):
+        index[_inside(room.rect, index.shape, resolution)] = len(FLOORS) + number
+    return Ground(index, resolution, FLOORS + tuple(room.floor for room in told))
+
+
+def rooms(free: np.ndarray, resolution: float) -> np.ndarray:
+    """A guess at the rooms: (rows, columns) int, a number for each free cell, -1 for solid ones.
+
+    On a map of more than CELLS every few cells are looked at.
+    """
+    box = ndimage.find_objects(free.view(np.uint8))[0]  # nothing outside it says anything about the rooms
+    inside, number = free[box], np.full(free.shape, -1)
+    step = 1 if inside.size <= CELLS else math.ceil(2.0 * math.sqrt(inside.size / CELLS))
+    nearest = _nearest_room(inside[::step, ::step], resolution * step)
+    nearest = nearest.repeat(step, 0).repeat(step, 1)[:inside.shape[0], :inside.shape[1]]
+    number[box] = np.where(inside, nearest, -1)
+    return number
+
+
+def _nearest_room(free: np.ndarray, resolution: float) -> np.ndarray:
+    """(rows, columns) int: for every cell the number of the room that is nearest."""
+    width = ndimage.distance_transform_edt(np.pad(free, 1))[1:-1, 1:-1] * resolution
+    core = np.zeros(free.shape, np.int64)
+    for threshold in WIDTHS:
+        part, count = ndimage.label(width > threshold)
+        core = np.where(width > threshold, _grown(core, part, count), 0)
+    if not core.any():
+        return core
+    nearest = ndimage.distance_transform_edt(core == 0, return_distances=False, return_indices=True)
+    return core[tuple(nearest)] - 1
+
+
+def _grown(core: np.ndarray, part: np.ndarray, count: int) -> np.ndarray:
+    """Rooms found where it is wider, spread over their part; a part without any becomes a room."""
+    known = np.unique(part[core > 0])
+    fresh = np.setdiff1d(np.arange(1, count + 1), known)
+    number = np.zeros(count + 1, np.int64)
+    number[fresh] = core.max() + 1 + np.arange(len(fresh))
+    nearest = ndimage.distance_transform_edt(core == 0, return_distances=False, return_indices=True)
+    spread = core[tuple(nearest)] if core.any() else core
+    return np.where(np.isin(part, fresh), number[part], spread)
+
+
+def _islands(solid: np.ndarray, resolution: float, height: float,
+             rng: np.random.Generator) -> tuple[np.ndarray, list[str], list[float]]:
+    """Small solid islands: their numbers (0: a wall), and the material and height of each."""
+    label, count = ndimage.label(solid, np.ones((3, 3)))
+    material, tall = [""] * (count + 1), [height] * (count + 1)
+    for number, (rows, columns) in enumerate(ndimage.find_objects(label), start=1):
+        extent = max(rows.stop - rows.start, columns.stop - columns.start) * resolution
+        outside = min(rows.start, columns.start) == 0 or (rows.stop, columns.stop) == solid.shape
+        if extent > ISLAND or outside:
+            label[rows, columns][label[rows, columns] == number] = 0
+            continue
+        name, top = POST if extent <= POST_SIZE else ISLANDS[rng.integers(len(ISLANDS))]
+        material[number], tall[number] = name, min(top, height)
+    return label, material, tall
+
+
+def _rooms_beside(padded: np.ndarray, r0: int, c0: int, r1: int, c1: int) -> list[int]:
+    """The room that each face looks at, west east south north; a hidden face takes any other's.
+
+    padded: the rooms' numbers with a border of two cells.
+    """
+    strips = (padded[r0 + 2:r1 + 2, c0 + 1], padded[r0 + 2:r1 + 2, c1 + 2],
+              padded[r0 + 1, c0 + 2:c1 + 2], padded[r1 + 2, c0 + 2:c1 + 2])
+    most = [int(np.bincount(strip + 1, minlength=2)[1:].argmax()) if (strip >= 0).any() else -1
+            for strip in strips]
+    return [number if number >= 0 else max(most) for number in most]
+
+
+def _posters(room: np.ndarray, cells: tuple[int, int, int, int], resolution: float,
+             rng: np.random.Generator) -> list[Box]:
+    """Pictures and windows on the long faces of one wall that look at a room."""
+    r0, c0, r1, c1 = cells
+    found = []
+    for face, first, last, line, name in ((SOUTH, c0, c1, r0 - 1, "south"), (NORTH, c0, c1, r1, "north"),
+                                          (WEST, r0, r1, c0 - 1, "west"), (EAST, r0, r1, c1, "east")):
+        upright, first = face in (WEST, EAST), max(first, 0)
+        if not 0 <= line < room.shape[upright]:
+            continue
+        strip = (room[:, line] if upright else room[line])[first:last]
+        at = (line + (name in ("south", "west"))) * resolution
+        small = len(strip) * resolution < SHORT
+        for along in _places(strip >= 0, resolution, rng):
+            art = ART[rng.integers(len(ART) - small)]
+            width, tall, z = WINDOW if art == "window" else SMALL if small else LARGE
+            middle = first * resolution + along
+            spot = (at, middle) if upright else (middle, at)
+            found.append(poster(Poster(spot, name, art, width, tall, z), "map", "poster"))
+    return found
+
+
+def _places(seen: np.ndarray, resolution: float, rng: np.random.Generator) -> list[float]:
+    """Where along a face pictures hang: about every POSTER_SPACING, where a metre of it is seen."""
+    length = len(seen) * resolution
+    if length < SHORT:
+        return [length / 2] if length >= SHORTEST and seen.all() and rng.random() < 0.4 else []
+    places = []
+    for along in np.arange(0.7 + rng.uniform(0.0, 0.8), length - 0.6, POSTER_SPACING):
+        first, last = (int((along + side) / resolution) for side in (-0.5, 0.5))
+        if seen[first:last + 1].all() and rng.random() < 0.8:
+            places.append(float(along))
+    return places
+
+
+def _lamps(free: np.ndarray, resolution: float) -> tuple[tuple[float, float], ...]:
+    """Ceiling lamps on a grid, where the free space is wide enough."""
+    step = max(1, round(LAMP_SPACING / resolution))
+    width = air(free)[step // 2::step, step // 2::step].astype(np.float64) * resolution
+    rows, columns = np.nonzero(width > 0.4)
+    x, y = ((at * step + step // 2 + 0.5) * resolution for at in (columns, rows))
+    return tuple(zip(x.tolist(), y.tolist(), strict=True))

@@ -1,0 +1,150 @@
+"""Reading a scene file: every key and value checked, each refusal naming the file and the key."""
+
+from __future__ import annotations
+
+from dataclasses import MISSING, dataclass, fields, replace
+from enum import Enum
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+from curionav_cli.errors import SceneError
+from curionav_cli.world.motion import COLLISIONS
+from curionav_cli.world.scene import layout
+from curionav_cli.world.scene.scene_format import (
+    Furniture,
+    Light,
+    Move,
+    Poster,
+    Repeat,
+    Room,
+    Solid,
+    Tune,
+    Wall,
+    read,
+    refuse_unknown,
+)
+from curionav_cli.world.settings import Env
+
+TIMES = 1000  # the most that a piece is repeated
+HYDRA_KEYS = ("defaults",)  # in the file for Hydra, of no meaning for a scene
+RANGES = {
+    "radius": (0.0, 5.0), "camera": (0.01, 10.0), "height": (0.1, 20.0), "agent_height": (0.01, 10.0),
+    "fov": (20.0, 150.0), "cell": (0.01, 2.0), "unknown_grey": (0, 255), "visitable": (1, 10**9),
+    "scale_occupied": (1, 100),
+    "visitable_radius": (0.0, 5.0),
+}
+
+
+@dataclass(frozen=True)
+class Lists:
+    """The checked lists of one file."""
+
+    rooms: tuple[Room, ...]
+    walls: tuple[Wall, ...]
+    solids: tuple[Solid, ...]
+    posters: tuple[Poster, ...]
+    furniture: tuple[Furniture, ...]
+    moves: tuple[Move, ...]
+    tune: Tune | None
+    light: Light
+
+
+def env_dir() -> Path:
+    """conf/env inside the package (installed from a wheel), or beside it (a checkout)."""
+    package = Path(__file__).resolve().parents[2]
+    inside = package / "conf" / "env"
+    return inside if inside.is_dir() else package.parent / "conf" / "env"
+
+
+def plain(name: str, **changes: Any) -> tuple[dict[str, Any], str]:
+    """The dict in conf/env/<name>.yaml with some keys changed, and the file's name. No Hydra."""
+    path = env_dir() / f"{name}.yaml"
+    if not path.is_file():
+        names = ", ".join(sorted(file.stem for file in env_dir().glob("*.yaml")))
+        raise SceneError(f"There is no scene {name} in {env_dir()}. There is {names}.")
+    return {**yaml.safe_load(path.read_text(encoding="utf-8")), **changes}, path.name
+
+
+def settings(raw: dict[str, Any], source: str) -> Env:
+    """The flat keys, of the right type and range."""
+    raw = {key: value for key, value in raw.items() if key not in HYDRA_KEYS}
+    known = {field.name: field for field in fields(Env)}
+    refuse_unknown(raw, known, source, "")
+    for name, field in known.items():
+        if name not in raw and field.default is MISSING and field.default_factory is MISSING:
+            raise SceneError(f"{source}: a scene needs the key {name}.")
+    if not isinstance(raw["name"], str):
+        raise SceneError(f"{source}: name must be a word, not {raw['name']!r}.")
+    try:
+        env = Env(**raw)
+    except ValueError as error:
+        raise SceneError(f"{source}: {error}.") from None
+    for name, (least, most) in RANGES.items():
+        if getattr(env, name) is None and known[name].default is None:
+            continue
+        _check_number(getattr(env, name), least, most, f"{source}: {name}")
+    if not env.map and not env.size:
+        raise SceneError(f"{source}: this scene needs a size: [x, y] in metres, "
+                         "or a ROS map: env.map=PATH.yaml")
+    if not env.map and not env.cell:
+        raise SceneError(f"{source}: a scene needs the side of its coverage cells in metres, as cell: 0.1")
+    if env.camera >= env.height:
+        raise SceneError(f"{source}: camera ({env.camera:g} m) must be below the ceiling, "
+                         f"height ({env.height:g} m).")
+    return env
+
+
+def _check_number(value: Any, least: float, most: float, what: str) -> None:
+    if isinstance(value, bool) or not isinstance(value, int | float) or not least <= value <= most:
+        raise SceneError(f"{what} must be a number from {least:g} to {most:g}, not {value!r}.")
+
+
+def collision_of(env: Env, source: str) -> str:
+    name = env.collision.value if isinstance(env.collision, Enum) else env.collision
+    if name not in COLLISIONS:
+        raise SceneError(f"{source}: collision must be one of {', '.join(COLLISIONS)}, not {name!r}.")
+    return name
+
+
+def lists_of(env: Env, source: str) -> Lists:
+    """The lists with every entry checked, repeated pieces written out, kinds' sizes filled in."""
+    light = Light()
+    if env.light and env.changes:
+        light = read(Light, env.light, source, "light")
+    return Lists(
+        rooms=_each(env, "rooms", Room, source), walls=_each(env, "walls", Wall, source),
+        solids=_solids(env, source),
+        posters=_each(env, "posters", Poster, source), furniture=_furniture(env, source),
+        moves=_each(env, "moves", Move, source) if env.changes else (),
+        tune=read(Tune, env.tune, source, "tune") if env.tune else None, light=light)
+
+
+def _each(env: Env, key: str, record: Any, source: str) -> tuple[Any, ...]:
+    raw = getattr(env, key) or []
+    if not isinstance(raw, list | tuple):
+        raise SceneError(f"{source}: {key} must be a list, not {raw!r}.")
+    return tuple(read(record, item, source, f"{key}[{index}]") for index, item in enumerate(raw))
+
+
+def _solids(env: Env, source: str) -> tuple[Solid, ...]:
+    solids = _each(env, "solids", Solid, source)
+    if solids and not env.map:
+        raise SceneError(f"{source}: solids tells what a ROS map shows as occupied, and this scene opens no map. "
+                         "Build it of walls and furniture.")
+    for index, solid in enumerate(solids):
+        _check_number(solid.height, 0.01, env.height, f"{source}: solids[{index}].height")
+    return solids
+
+
+def _furniture(env: Env, source: str) -> tuple[Furniture, ...]:
+    pieces = [layout.complete(piece, source, f"furniture[{index}]")
+              for index, piece in enumerate(_each(env, "furniture", Furniture, source))]
+    for index, row in enumerate(_each(env, "repeat", Repeat, source)):
+        _check_number(row.times, 1, TIMES, f"{source}: repeat[{index}].times")
+        where = f"repeat[{index}].of"
+        first = layout.complete(read(Furniture, row.of, source, where), source, where)
+        pieces += [replace(first, x=first.x + n * row.step[0], y=first.y + n * row.step[1],
+                           name=first.name and f"{first.name}_{n + 1}") for n in range(row.times)]
+    return tuple(pieces)

@@ -1,0 +1,68 @@
+"""The settings of a scene: env/*.yaml."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from enum import Enum
+from typing import Any
+
+from curionav_cli.bounds import a_name
+
+
+class Collision(Enum):
+    """A forward move that would hit something: is not made, ends there, or slides along (Habitat)."""
+
+    cancel = "cancel"
+    stop = "stop"
+    slide = "slide"
+
+
+class Engine(Enum):
+    """What draws the pictures: numpy, always there, or numba, faster, from the extra `fast`."""
+
+    numpy = "numpy"
+    numba = "numba"
+
+
+@dataclass(frozen=True)
+class Env:
+    """A scene in metres and degrees; world/scene/scene_format.py explains the lists.
+
+    A scene either has a `size` or opens a ROS `map`. `visitable` is a promise about the number of
+    cells a robot of `visitable_radius` can reach: a scene that breaks it does not load.
+    """
+
+    name: str
+    radius: float
+    camera: float  # height of the camera above the floor
+    note: str = ""
+    size: list[float] | None = None  # x and y of the inside
+    map: str | None = None  # the YAML file of a ROS map
+    overlay: str | None = None  # a YAML file with what the map does not know: the lists below, start, dock
+    unknown_grey: int | None = None  # the grey value that means unknown, whatever the thresholds say
+    scale_occupied: int = 100  # of a map in mode scale or raw: the value, 1 to 100, from which a cell is a wall
+    cell: float | None = None  # of the coverage grid; none: that of the map
+    height: float = 2.5
+    agent_height: float = 0.5
+    fov: float = 79.0
+    collision: Collision = Collision.cancel
+    start: list[float] | None = None  # x, y, degrees; none: the roomiest place
+    dock: list[float] | None = None  # none: the start
+    visitable: int | None = None
+    visitable_radius: float | None = None  # none: the radius above
+    visitable_sha256: str | None = None
+    rooms: list[Any] = field(default_factory=list)
+    walls: list[Any] = field(default_factory=list)
+    solids: list[Any] = field(default_factory=list)  # heights and materials of what a map shows as occupied
+    posters: list[Any] = field(default_factory=list)
+    lamps: list[Any] = field(default_factory=list)
+    furniture: list[Any] = field(default_factory=list)
+    repeat: list[Any] = field(default_factory=list)
+    tune: dict[str, Any] = field(default_factory=dict)
+    light: dict[str, Any] = field(default_factory=dict)
+    moves: list[Any] = field(default_factory=list)
+    engine: Engine = Engine.numpy
+    changes: bool = True  # false: neither light nor moves, whatever stands there
+
+    def __post_init__(self) -> None:
+        a_name("env.name", self.name)

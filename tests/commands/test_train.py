@@ -1,0 +1,263 @@
+"""curionav train: from stored episodes to a checkpoint, killed and resumed, and what it says when it cannot."""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+import signal
+import subprocess
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from deadly import DEADLY
+from entry import Cli
+from tiny import LEARNER
+
+from curionav_cli import build
+from curionav_cli.app import main
+from curionav_cli.config.settings import read_settings
+from curionav_cli.execution import training
+from curionav_cli.records import Episode
+from curionav_cli.storage import checkpoint
+from curionav_cli.storage.run_folder import RunFolder
+
+TINY = tuple(word for word in LEARNER if not word.startswith("loop."))
+
+# A save after every third iteration; kills its own process at a chosen moment, as a power cut would.
+KILLED = DEADLY + """
+
+from curionav_cli.execution import training
+from curionav_cli.execution.recorder import TrainRecorder
+from curionav_cli.storage import checkpoint
+from curionav_cli.storage.run_folder import RunFolder
+
+training.EVERY = 3
+if moment == "training": at(TrainRecorder, "learned", lambda study, i: study.run.metrics() and i == 2)
+if moment == "saving": at(checkpoint, "flush", lambda path: path.parent.name == "000006.part")
+if moment == "between": at(RunFolder, "append_metrics", lambda run, row: row["iterations"] == 6)
+if moment == "beginning": at(RunFolder, "create", lambda run, *words: True)
+app.main()
+"""
+
+
+@pytest.fixture(scope="module")
+def lived(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A run of three episodes of 12 steps in the small room."""
+    run = tmp_path_factory.mktemp("lived") / "run"
+    assert here("explore", "agent=random", "loop.steps=12", "loop.episodes=3", f"hydra.run.dir={run}") == 0
+    return run
+
+
+@pytest.fixture
+def often(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(training, "EVERY", 3)
+
+
+def here(*words: str) -> int | str | None:
+    """The exit code."""
+    with pytest.raises(SystemExit) as stop:
+        main(list(words))
+    return stop.value.code
+
+
+def rows(run: Path) -> list[dict]:
+    return [json.loads(line) for line in (run / "metrics.jsonl").read_text().splitlines()]
+
+
+def status(run: Path) -> dict:
+    return RunFolder(run).status
+
+
+def leftovers(run: Path) -> dict:
+    """All that a training leaves behind, without what a clock wrote."""
+    files: dict = {str(path.relative_to(run)): path.read_bytes()
+                   for path in sorted((run / "checkpoint").rglob("*")) if path.is_file()}
+    files["metrics"] = [{k: v for k, v in row.items() if "seconds_" not in k} for row in rows(run)]
+    return {**files, "status": status(run), "fixed": (run / "fixed.json").read_bytes()}
+
+
+def test_a_training_leaves_what_a_life_leaves_but_for_the_life(cli: Cli, lived: Path, often: None) -> None:
+    answer = cli("train", *TINY, f"data={lived}", "loop.iterations=7", "hydra.run.dir=trained")
+    assert answer.code == 0, answer.error
+    run = Path("trained").absolute()
+    assert [row["iterations"] for row in rows(run)] == [3, 6, 7]
+    assert all(np.isfinite(row["model_loss"]) and row["seconds_learning"] > 0 for row in rows(run))
+    assert [folder.name for folder in checkpoint.finished(run / "checkpoint")] == ["000006", "000007"]
+    frames = 3 * 13 * 64 * 64 * 3
+    assert status(run) == {
+        "state": "done", "error": None, "iteration": 7, "iterations": 7,
+        "replay": {"episodes": 3, "steps": 36, "bytes_in_memory": frames, "bytes_on_disk": 0}}
+    assert json.loads((run / "run.json").read_text())["command"].startswith("curionav train env=small_room")
+    assert "iteration 6/7" in answer.out and "curionav resume trained loop.iterations=" in answer.out
+    assert not (run / "episodes").exists()
+    told = cli("coverage", "trained")
+    assert told.code == 2 and "nobody lived in it" in told.error and len(told.error.splitlines()) == 1
+
+
+def test_its_checkpoint_is_that_of_a_life(cli: Cli, lived: Path) -> None:
+    """What it learned acts in the world, as an agent that a life is resumed with does."""
+    words = (f"data={lived}", "loop.iterations=4", "hydra.run.dir=trained")
+    assert cli("train", *TINY, *words).code == 0
+    settings = read_settings(Path("trained/config.yaml"))
+    world, folder = build.scene(settings), checkpoint.finished(Path("trained/checkpoint"))[-1]
+    assert folder.name == "000004"
+    agent = build.agent(settings, world)
+    agent.load(folder)
+    observation, info = build.env(settings, world).reset(seed=0)
+    agent.begin()
+    assert agent.act(observation, info) in (0, 1, 2)
+    longer = build.agent(replace(settings, seed=1), world)
+    longer.load(folder)
+    longer.save(Path.cwd())
+    assert Path("weights.safetensors").read_bytes() == (folder / "weights.safetensors").read_bytes()
+
+
+def test_a_run_a_sweep_and_a_folder_of_episodes_serve(cli: Cli, lived: Path, tmp_path: Path) -> None:
+    shutil.copytree(lived, tmp_path / "sweep" / "0_a")
+    shutil.copytree(lived, tmp_path / "sweep" / "1_b")
+    for name, data, steps in (("run", lived, 36), ("folder", lived / "episodes", 36), ("sweep", "sweep", 72)):
+        answer = cli("train", *TINY, f"data={data}", "loop.iterations=2", f"hydra.run.dir={name}")
+        assert answer.code == 0, answer.error
+        assert status(tmp_path / name)["replay"]["steps"] == steps
+    weights = [(tmp_path / name / "checkpoint" / "000002" / "weights.safetensors").read_bytes()
+               for name in ("run", "folder", "sweep")]
+    assert weights[0] == weights[1] != weights[2]
+
+
+@pytest.fixture(scope="module")
+def undisturbed(tmp_path_factory: pytest.TempPathFactory, lived: Path) -> dict:
+    run = tmp_path_factory.mktemp("undisturbed") / "run"
+    with pytest.MonkeyPatch.context() as patched:
+        patched.setattr(training, "EVERY", 3)
+        assert here("train", *TINY, f"data={lived}", "loop.iterations=9", f"hydra.run.dir={run}") == 0
+    return leftovers(run)
+
+
+@pytest.mark.parametrize("moment", [
+    "between", *(pytest.param(moment, marks=pytest.mark.slow) for moment in ("beginning", "training", "saving"))])
+def test_a_killed_training_ends_as_an_undisturbed_one(
+        cli: Cli, tmp_path: Path, lived: Path, undisturbed: dict, often: None, moment: str) -> None:
+    """Also where the data has grown meanwhile, moved, and stands on the disk."""
+    data, run = tmp_path / "data", tmp_path / "run"
+    shutil.copytree(lived, data)
+    words = ("train", *TINY, f"data={data}", "loop.iterations=9", "loop.replay_memory=0", f"hydra.run.dir={run}")
+    environment = {**os.environ, "OMP_NUM_THREADS": "1", "NO_COLOR": "1"}
+    killed = subprocess.run([sys.executable, "-c", KILLED, moment, *words], capture_output=True, text=True,
+                            env=environment)
+    assert killed.returncode == -signal.SIGKILL, killed.stderr
+    shutil.copy(data / "episodes" / "000000.npz", data / "episodes" / "000003.npz")
+    data.rename(tmp_path / "moved")
+    resumed = cli("resume", str(run), f"data={tmp_path / 'moved'}", "loop.replay_memory=1")
+    assert resumed.code == 0, resumed.error
+    ours = leftovers(run)
+    assert [name for name in ours.keys() | undisturbed.keys() if ours.get(name) != undisturbed.get(name)] == []
+
+
+def test_a_finished_training_returns_at_once_and_may_become_longer(
+        cli: Cli, lived: Path, undisturbed: dict, often: None, tmp_path: Path) -> None:
+    words = ("train", *TINY, f"data={lived}", "loop.iterations=6", "hydra.run.dir=run")
+    assert cli(*words).code == 0
+    before = (tmp_path / "run" / "metrics.jsonl").stat().st_mtime_ns
+    assert cli(*words).code == 0 and cli("resume", "run").code == 0
+    assert (tmp_path / "run" / "metrics.jsonl").stat().st_mtime_ns == before
+    assert cli("resume", "run", "loop.iterations=9").code == 0
+    ours = leftovers(tmp_path / "run")
+    assert [name for name in ours if ours[name] != undisturbed[name]] == []
+    refused = cli("resume", "run", "loop.episodes=4")
+    assert refused.code == 2 and "only loop.iterations, data, env.map" in refused.error
+
+
+def test_changed_episodes_are_refused_by_name(cli: Cli, lived: Path, tmp_path: Path) -> None:
+    shutil.copytree(lived, tmp_path / "data")
+    assert cli("train", *TINY, "data=data", "loop.iterations=2", "hydra.run.dir=run").code == 0
+    shutil.copy(tmp_path / "data" / "episodes" / "000000.npz", tmp_path / "data" / "episodes" / "000001.npz")
+    refused = cli("resume", "run", "loop.iterations=4")
+    assert refused.code == 2 and "episodes.episodes/000001.npz was" in refused.error
+    (tmp_path / "data" / "episodes" / "000001.npz").unlink()
+    refused = cli("resume", "run", "loop.iterations=4")
+    assert refused.code == 2 and "000001.npz is not whole" in refused.error
+    shutil.rmtree(tmp_path / "data")
+    refused = cli("resume", "run", "loop.iterations=4")
+    assert refused.code == 2 and "If it moved, name it: data=" in refused.error
+    assert len(refused.error.splitlines()) == 1
+
+
+def test_a_sweep_of_trainings(cli: Cli, lived: Path, tmp_path: Path) -> None:
+    answer = cli("train", "-m", *TINY, f"data={lived}", "seed=0,1", "loop.iterations=2", "hydra.sweep.dir=sweep")
+    assert answer.code == 0, answer.error
+    runs = sorted((tmp_path / "sweep").glob("*/status.json"))
+    assert [status(path.parent)["iteration"] for path in runs] == [2, 2]
+    again = cli("resume", "sweep", "loop.iterations=3")
+    assert again.code == 0, again.error
+    assert [status(path.parent)["iteration"] for path in runs] == [3, 3]
+
+
+def harmed(folder: Path, lived: Path, harm: str) -> None:
+    """A folder of episodes with something wrong in it."""
+    folder.mkdir()
+    source = lived / "episodes" / "000000.npz"
+    if harm == "torn":
+        (folder / "a.npz").write_bytes(source.read_bytes()[:-40])
+    if harm == "flipped":
+        body = source.read_bytes()
+        (folder / "a.npz").write_bytes(body[:200] + b"\0" * 40 + body[240:])
+    if harm == "small":
+        episode = Episode.load(source)
+        replace(episode, image=episode.image[:, ::2, ::2].copy()).save(folder / "a.npz")
+    if harm == "hole":
+        shutil.copytree(lived, folder, dirs_exist_ok=True)
+        (folder / "episodes" / "000001.npz").unlink()
+    if harm == "plan":
+        shutil.copy(lived / "plan.npz", folder)
+
+
+@pytest.mark.parametrize(("harm", "words", "said"), [
+    ("", (), "data: data holds no episodes"),
+    ("torn", (), "a.npz is not whole"),
+    ("flipped", (), "a.npz is not whole"),
+    ("small", (), "a.npz holds no episode: its images are uint8 (13, 32, 32, 3)"),
+    ("plan", (), "plan.npz is not whole"),
+    ("hole", (), "data/episodes/000001.npz is missing, and 000002.npz is there"),
+    ("", ("data=nowhere",), "data: there is no folder nowhere"),
+    ("", ("data=null",), "train needs data"),
+    ("", ("data=LIVED", "loop.iterations=0"), "loop.iterations=0 trains nothing"),
+    ("", ("data=LIVED", "agent.sequence_length=14"), "agent.sequence_length=14 does not fit into the longest episode"),
+    ("", ("data=LIVED", "agent.action_repeat=2", "agent.sequence_length=4"),
+     "was lived by one who did not hold its actions for 2 steps, as agent.action_repeat=2 needs it"),
+    ("", ("data=LIVED", "env=large_lab"), "was lived in small_room, not in large_lab. Add env=small_room"),
+])
+def test_what_cannot_be_trained_from_is_told_in_one_line(
+        cli: Cli, lived: Path, tmp_path: Path, harm: str, words: tuple[str, ...], said: str) -> None:
+    harmed(tmp_path / "data", lived, harm)
+    given = {word.partition("=")[0]: word.replace("LIVED", str(lived)) for word in ("data=data", *TINY, *words)}
+    answer = cli("train", *given.values(), "hydra.run.dir=run")
+    assert answer.code == 2 and said in answer.error, answer.error
+    assert len(answer.error.strip().splitlines()) == 1
+    if harm not in ("flipped", "small"):  # only loading all images shows these
+        assert not (tmp_path / "run").exists()
+
+
+def test_who_does_not_learn_is_not_trained_and_who_explores_needs_no_data(cli: Cli, lived: Path) -> None:
+    for agent, said in (("random", "does not learn,"), ("cbet", "learns only from what it has just lived,")):
+        answer = cli("train", f"agent={agent}", f"data={lived}")
+        assert answer.code == 2 and answer.error.startswith(f"agent={agent} {said}")
+        assert len(answer.error.splitlines()) == 1
+    answer = cli("explore", "agent=random", f"data={lived}")
+    assert answer.code == 2 and answer.error.startswith("data=... is what curionav train learns from")
+
+
+def test_a_full_disk_ends_a_training_as_it_ends_a_life(
+        cli: Cli, lived: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def full(*_: object) -> None:
+        raise OSError(28, "No space left on device")
+    words = ("train", *TINY, f"data={lived}", "loop.iterations=2", "loop.replay_memory=0", "hydra.run.dir=run")
+    with monkeypatch.context() as patched:
+        patched.setattr("curionav_cli.storage.scratch.os.pwrite", full)
+        answer = cli(*words)
+    assert answer.code == 1 and "The disk is full" in answer.error and "Traceback" not in answer.error
+    assert status(Path("run"))["state"] == "failed"
+    assert cli("resume", "run").code == 0 and status(Path("run"))["state"] == "done"
