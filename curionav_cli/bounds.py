@@ -24,3 +24,9 @@ def bounded(key: str, settings: object, limits: Limits) -> None:
     for names, (least, most) in limits.items():
         for name in names.split():
             within(f"{key}.{name}", getattr(settings, name), least, most)
+
+
+def a_number(key: str, value: object, least: float, most: float) -> None:
+    """Raises ValueError with 'key must be ...' unless it is a number within these bounds, of whatever type it came."""
+    if isinstance(value, bool) or not isinstance(value, int | float) or not least <= value <= most:
+        raise ValueError(f"{key} must be a number from {least:g} to {most:g}, not {value!r}")

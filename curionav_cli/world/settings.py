@@ -6,7 +6,14 @@ from dataclasses import dataclass, field
 from enum import Enum
 from typing import Any
 
-from curionav_cli.bounds import a_name
+from curionav_cli.bounds import a_name, a_number
+
+RANGES = {
+    "radius": (0.0, 5.0), "camera": (0.01, 10.0), "height": (0.1, 20.0), "agent_height": (0.01, 10.0),
+    "fov": (20.0, 150.0), "cell": (0.01, 2.0), "unknown_grey": (0, 255), "visitable": (1, 10**9),
+    "scale_occupied": (1, 100), "visitable_radius": (0.0, 5.0),
+}
+OPTIONAL = ("cell", "unknown_grey", "visitable", "visitable_radius")
 
 
 class Collision(Enum):
@@ -66,3 +73,9 @@ class Env:
 
     def __post_init__(self) -> None:
         a_name("env.name", self.name)
+        for key, (least, most) in RANGES.items():
+            if getattr(self, key) is not None or key not in OPTIONAL:
+                a_number(f"env.{key}", getattr(self, key), least, most)
+        if self.camera >= self.height:
+            raise ValueError(f"env.camera ({self.camera:g} m) must be below the ceiling, "
+                             f"env.height ({self.height:g} m)")

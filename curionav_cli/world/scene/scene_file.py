@@ -9,6 +9,7 @@ from typing import Any
 
 import yaml
 
+from curionav_cli.bounds import a_number
 from curionav_cli.errors import SceneError
 from curionav_cli.world.motion import COLLISIONS
 from curionav_cli.world.scene import layout
@@ -29,12 +30,6 @@ from curionav_cli.world.settings import Env
 
 TIMES = 1000  # the most that a piece is repeated
 HYDRA_KEYS = ("defaults",)  # in the file for Hydra, of no meaning for a scene
-RANGES = {
-    "radius": (0.0, 5.0), "camera": (0.01, 10.0), "height": (0.1, 20.0), "agent_height": (0.01, 10.0),
-    "fov": (20.0, 150.0), "cell": (0.01, 2.0), "unknown_grey": (0, 255), "visitable": (1, 10**9),
-    "scale_occupied": (1, 100),
-    "visitable_radius": (0.0, 5.0),
-}
 
 
 @dataclass(frozen=True)
@@ -68,7 +63,7 @@ def plain(name: str, **changes: Any) -> tuple[dict[str, Any], str]:
 
 
 def settings(raw: dict[str, Any], source: str) -> Env:
-    """The flat keys, of the right type and range."""
+    """The flat keys; their ranges are checked by Env."""
     raw = {key: value for key, value in raw.items() if key not in HYDRA_KEYS}
     known = {field.name: field for field in fields(Env)}
     refuse_unknown(raw, known, source, "")
@@ -81,24 +76,19 @@ def settings(raw: dict[str, Any], source: str) -> Env:
         env = Env(**raw)
     except ValueError as error:
         raise SceneError(f"{source}: {error}.") from None
-    for name, (least, most) in RANGES.items():
-        if getattr(env, name) is None and known[name].default is None:
-            continue
-        _check_number(getattr(env, name), least, most, f"{source}: {name}")
     if not env.map and not env.size:
         raise SceneError(f"{source}: this scene needs a size: [x, y] in metres, "
                          "or a ROS map: env.map=PATH.yaml")
     if not env.map and not env.cell:
         raise SceneError(f"{source}: a scene needs the side of its coverage cells in metres, as cell: 0.1")
-    if env.camera >= env.height:
-        raise SceneError(f"{source}: camera ({env.camera:g} m) must be below the ceiling, "
-                         f"height ({env.height:g} m).")
     return env
 
 
 def _check_number(value: Any, least: float, most: float, what: str) -> None:
-    if isinstance(value, bool) or not isinstance(value, int | float) or not least <= value <= most:
-        raise SceneError(f"{what} must be a number from {least:g} to {most:g}, not {value!r}.")
+    try:
+        a_number(what, value, least, most)
+    except ValueError as error:
+        raise SceneError(f"{error}.") from None
 
 
 def collision_of(env: Env, source: str) -> str:
