@@ -1,23 +1,19 @@
-"""Config to objects: the only room that knows everybody. A new agent is one line in AGENTS."""
+"""Config to objects: the only room that knows everybody. """
 
 from __future__ import annotations
 
-import math
-from collections.abc import Callable
 from dataclasses import asdict, replace
 from importlib.util import find_spec
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from curionav_cli.agents.agent import Agent
-from curionav_cli.agents.baselines import Bounce, Random, Sticky
-from curionav_cli.agents.frontier import Frontier
 from curionav_cli.agents.lbs_dreamer.settings import Precision
+from curionav_cli.agents.registry import AGENTS
+from curionav_cli.agents.setup import Setup
 from curionav_cli.config.schema import Compile, Config, Device, Logger, Scale
-from curionav_cli.config.sources import AGENTS as SCHEMA
 from curionav_cli.errors import ConfigError
 from curionav_cli.robot.settings import Turtlebot
 from curionav_cli.world.env import NavigationEnv
-from curionav_cli.world.motion import HEADINGS
 from curionav_cli.world.scene.scene import Scene
 
 if TYPE_CHECKING:
@@ -56,7 +52,7 @@ def robot_env(settings: Config, world: Scene, pictures: bool = True,
 def check(settings: Config) -> None:
     """Settings that are each possible and together are not. Raises ConfigError."""
     name = settings.agent.name
-    if not isinstance(settings.agent, SCHEMA.get(name, ())):
+    if name not in AGENTS or not isinstance(settings.agent, AGENTS[name].settings):
         raise ConfigError(f"agent.name: {name!r} is not the name of this agent; choose an agent with agent=... "
                           f"In a preset of your own keep the name of its schema, one of {', '.join(AGENTS)}.")
     if settings.env.engine.value == "numba" and find_spec("numba") is None:
@@ -89,21 +85,11 @@ def check_lengths(settings: Config) -> None:
 
 
 def agent(settings: Config, world: Scene) -> Agent:
-    """Who lives in it."""
-    return AGENTS[settings.agent.name](settings, world)
-
-
-def bounce(settings: Config, world: Scene) -> Agent:
-    step = 360 // HEADINGS  # degrees
-    least, most = settings.agent.min_turn, settings.agent.max_turn
-    return Bounce(settings.seed, math.ceil(least / step), max(math.ceil(least / step), math.floor(most / step)))
-
-
-def lbs_dreamer(settings: Config, world: Scene) -> Agent:
-    from curionav_cli.agents.lbs_dreamer.agent import LBSDreamer  # torch is loaded for those who learn
-
-    hyper = with_precision(settings, automatic(settings)).agent
-    return LBSDreamer(hyper, settings.seed, settings.device.value, world.plan, settings.compile.value)
+    """The agent of the settings; world: the scene that it acts in."""
+    if getattr(settings.agent, "precision", None) is Precision.auto:
+        settings = with_precision(settings, automatic(settings))
+    setup = Setup(settings.seed, settings.device.value, settings.compile.value, settings.env.engine.value, world)
+    return AGENTS[settings.agent.name].make(settings.agent, setup)
 
 
 def automatic(settings: Config) -> Precision:
@@ -121,20 +107,3 @@ def with_precision(settings: Config, chosen: Precision) -> Config:
     if getattr(settings.agent, "precision", None) is not Precision.auto:
         return settings
     return replace(settings, agent=replace(settings.agent, precision=chosen))
-
-
-def cbet(settings: Config, world: Scene) -> Agent:
-    from curionav_cli.agents.cbet.agent import CBET
-
-    return CBET(settings.agent, settings.seed, settings.device.value, world, settings.env.engine.value)
-
-
-AGENTS: dict[str, Callable[[Config, Scene], Any]] = {
-    "random": lambda settings, world: Random(settings.seed),
-    "sticky": lambda settings, world: Sticky(settings.seed, settings.agent.repeat),
-    "bounce": bounce,
-    "frontier": lambda settings, world: Frontier(settings.seed, world),
-    "lbs_dreamer": lbs_dreamer,
-    "cbet": cbet,
-    "cbet_lifelong": cbet,
-}

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import numpy as np
 
 from curionav_cli.agents.agent import Agent
-from curionav_cli.world.motion import FORWARD, LEFT, RIGHT
+from curionav_cli.world.motion import FORWARD, HEADINGS, LEFT, RIGHT
 
 
 class Random(Agent):
@@ -44,6 +45,13 @@ class Bounce(Agent):
         super().__init__(seed)
         self.least, self.most = least, most
         self.turns, self.direction = 0, LEFT
+
+    @classmethod
+    def turning(cls, seed: int, least: float, most: float) -> Bounce:
+        """Turns from `least` to `most` degrees, in whole steps."""
+        step = 360 // HEADINGS
+        fewest = math.ceil(least / step)
+        return cls(seed, fewest, max(fewest, math.floor(most / step)))
 
     def begin(self) -> None:
         self.turns = 0

@@ -14,7 +14,8 @@ from hydra.errors import HydraException
 from hydra.types import RunMode
 from omegaconf import DictConfig, OmegaConf
 
-from curionav_cli.config.sources import AGENTS, MAIN
+from curionav_cli.agents.registry import AGENTS
+from curionav_cli.config.sources import MAIN
 
 HIDDEN = ("hydra", "schema")
 
@@ -38,7 +39,8 @@ def note(hydra: Hydra, group: str, option: str) -> str:
         if path.is_file():
             lines = path.read_text(encoding="utf-8").splitlines()
             comments = [line.lstrip("# ") for line in lines if line.startswith("#") and "@package" not in line]
-            return comments[0] if comments else (getattr(AGENTS.get(option), "__doc__", "") or "").partition("\n")[0]
+            schema = AGENTS[option].settings if option in AGENTS else None
+            return comments[0] if comments else (getattr(schema, "__doc__", "") or "").partition("\n")[0]
     return ""
 
 

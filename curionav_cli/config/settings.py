@@ -11,9 +11,10 @@ import yaml
 from omegaconf import DictConfig, OmegaConf, flag_override
 from omegaconf.errors import MissingMandatoryValue, OmegaConfBaseException
 
+from curionav_cli.agents.registry import AGENTS
 from curionav_cli.config.paths import rooted
 from curionav_cli.config.schema import Config
-from curionav_cli.config.sources import AGENTS, MAIN, ROBOTS, conf_dir, writable
+from curionav_cli.config.sources import MAIN, ROBOTS, conf_dir, writable
 from curionav_cli.config.suggestions import in_words, type_of
 from curionav_cli.errors import ConfigError, RunFolderError
 from curionav_cli.safe_yaml import refuse_bomb
@@ -62,7 +63,7 @@ def read_settings(path: Path, changes: Sequence[str] = ()) -> Config:
         recorded = OmegaConf.create(yaml.safe_load(text))
         node = writable(Config)
         node.merge_with(newer())
-        node["agent"] = writable(AGENTS[recorded.agent.name])
+        node["agent"] = writable(AGENTS[recorded.agent.name].settings)
         node["robot"] = writable(ROBOTS[recorded.robot.name])
         node.merge_with({"agent": OLDER.get(recorded.agent.name, {})}, recorded)
         settings = as_settings(node)

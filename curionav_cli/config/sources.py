@@ -24,9 +24,7 @@ from hydra.core.plugins import Plugins
 from hydra.plugins.search_path_plugin import SearchPathPlugin
 from omegaconf import DictConfig, OmegaConf
 
-from curionav_cli.agents import settings as agent_settings
-from curionav_cli.agents.cbet import settings as cbet_settings
-from curionav_cli.agents.lbs_dreamer import settings as lbs_settings
+from curionav_cli.agents.registry import AGENTS
 from curionav_cli.config import plugins, schema, search
 from curionav_cli.config.whole_numbers import take_any_spelling
 from curionav_cli.errors import ConfigError
@@ -37,15 +35,6 @@ from curionav_cli.world import settings as world_settings
 
 MAIN = "config"  # conf/config.yaml
 
-AGENTS = {
-    "random": agent_settings.Random,
-    "sticky": agent_settings.Sticky,
-    "bounce": agent_settings.Bounce,
-    "frontier": agent_settings.Frontier,
-    "lbs_dreamer": lbs_settings.LBSDreamer,
-    "cbet": cbet_settings.CBET,
-    "cbet_lifelong": cbet_settings.CBETLifelong,
-}
 ROBOTS = {
     "ideal": robot_settings.Robot,
     "turtlebot2i": robot_settings.Turtlebot,
@@ -120,8 +109,8 @@ def register(directories: list[Path]) -> None:
     store = ConfigStore.instance()
     store.store(group="schema", name=MAIN, node=writable(schema.Config), package="_global_")
     store.store(group="schema", name="env", node=writable(world_settings.Env), package="env")
-    for name, node in AGENTS.items():
-        store.store(group="schema/agent", name=name, node=writable(node), package="agent")
+    for name, agent in AGENTS.items():
+        store.store(group="schema/agent", name=name, node=writable(agent.settings), package="agent")
     for name, node in ROBOTS.items():
         store.store(group="schema/robot", name=name, node=writable(node), package="robot")
 

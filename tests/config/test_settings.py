@@ -8,11 +8,12 @@ from pathlib import Path
 import pytest
 from entry import Cli
 
+from curionav_cli.agents.registry import AGENTS
 from curionav_cli.config import schema
 from curionav_cli.config.catalogue import groups
 from curionav_cli.config.compose import plan
 from curionav_cli.config.settings import read_settings, settings_yaml
-from curionav_cli.config.sources import AGENTS, conf_dir, opened
+from curionav_cli.config.sources import conf_dir, opened
 from curionav_cli.errors import RunFolderError
 
 OPTIONS = sorted((path.parent.name, path.stem) for path in conf_dir().glob("*/*.yaml"))
@@ -38,7 +39,7 @@ def test_every_option_is_shown(cli: Cli, group: str, option: str) -> None:
 def test_every_agent_has_a_dataclass_at_every_scale(agent: str, scale: str) -> None:
     settings = composed(f"agent={agent}", f"scale={scale}")
     name = agent.removesuffix("_ego")  # cbet_ego is cbet, seen from one camera
-    assert type(settings.agent) is AGENTS[name] and settings.agent.name == name
+    assert type(settings.agent) is AGENTS[name].settings and settings.agent.name == name
     assert settings.scale is schema.Scale(scale)
 
 

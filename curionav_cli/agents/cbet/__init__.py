@@ -1,1 +1,17 @@
 """C-BET (Parisi et al., NeurIPS 2021), its siblings and controls: one learner, one small file a reward."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from curionav_cli.agents.cbet import settings
+from curionav_cli.agents.setup import Setup
+
+if TYPE_CHECKING:
+    from curionav_cli.agents.agent import Agent
+
+
+def make(own: settings.CBET, setup: Setup) -> Agent:
+    from curionav_cli.agents.cbet.agent import CBET  # torch is loaded for agents that learn
+
+    return CBET(own, setup.seed, setup.device, setup.scene, setup.engine)

@@ -15,8 +15,6 @@ from curionav_cli.agents.device import repeatable, resolve_device
 from curionav_cli.agents.lbs_dreamer import settings as lbs_settings
 from curionav_cli.agents.lbs_dreamer.checkpoint import load_learner, save_learner
 from curionav_cli.agents.lbs_dreamer.compile import fuse, recorder, way
-from curionav_cli.agents.lbs_dreamer.curiosity.count import Visits
-from curionav_cli.agents.lbs_dreamer.curiosity.picture_count import Pictures
 from curionav_cli.agents.lbs_dreamer.device_replay import DeviceReplay, room_on
 from curionav_cli.agents.lbs_dreamer.kernels.convolution import COLOURS, SIDE
 from curionav_cli.agents.lbs_dreamer.learner import Learner, build_networks
@@ -47,8 +45,9 @@ class Step(NamedTuple):
 class LBSDreamer(Agent):
     """DreamerV2's world model and actor-critic, with Latent Bayesian Surprise for a reward.
 
-    All randomness is its own: `rng` (numpy) draws sequences, `generator` (torch) what learning needs else, `dice` the
-    actions of one episode, from seed and episode alone: who acts need not know how often who learns has drawn.
+    All randomness is its own: `rng` (numpy) draws sequences, `generator` (torch) what learning needs else,
+    `acting_generator` the actions of one episode, from seed and episode alone: a robot that acts need not know how
+    often its server has drawn.
     On a CPU the same seed and number of threads give the same bytes.
     """
 
@@ -68,18 +67,10 @@ class LBSDreamer(Agent):
         if how == "fused":
             fuse(networks.world_model.rssm)
         self.learner = Learner(hyper, networks, torch.Generator(self.device).manual_seed(other), record)
-        self.notes = self._notes(plan)
+        self.notes = networks.curiosity.notes(plan)
         self.filter = record(self._filter, [])
         self.frames: DeviceReplay | None = None
         self.begin()
-
-    def _notes(self, plan: FloorPlan) -> Visits | Pictures | None:
-        """What the chosen curiosity wants noted of every step, if anything."""
-        if self.hyper.curiosity is lbs_settings.Curiosity.count:
-            return Visits(plan)
-        if self.hyper.curiosity is lbs_settings.Curiosity.picture_count:
-            return Pictures()
-        return None
 
     def begin(self) -> None:
         """Forget the episode: a zero state, no action yet."""

@@ -1,6 +1,7 @@
 """What each curiosity learns from a batch and pays in imagination, against plain computations."""
 
 from dataclasses import replace
+from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
@@ -9,7 +10,8 @@ import torch
 from torch.distributions import Independent, OneHotCategorical, kl_divergence
 
 from curionav_cli.agents.lbs_dreamer.behaviour import Imagined
-from curionav_cli.agents.lbs_dreamer.curiosity.choose import CURIOSITIES
+from curionav_cli.agents.lbs_dreamer.curiosity import choose
+from curionav_cli.agents.lbs_dreamer.curiosity.choose import kind
 from curionav_cli.agents.lbs_dreamer.curiosity.count import Visits
 from curionav_cli.agents.lbs_dreamer.curiosity.curiosity import correlation, settled
 from curionav_cli.agents.lbs_dreamer.curiosity.picture_count import Pictures
@@ -22,13 +24,13 @@ from curionav_cli.storage.replay import Replay
 
 T, B, ACTIONS = 6, 3, 3
 RSSM = SimpleNamespace(features=5, stoch=2, actions=ACTIONS)
-LEARNED = [name for name in CURIOSITIES if name != "none"]
+LEARNED = [name for name in Curiosity.__members__ if name != "none"]
 
 
 @pytest.fixture
 def made():
     def make(name, burn_in=2):
-        curiosity = CURIOSITIES[name](RSSM, 16, 2, burn_in)
+        curiosity = kind(Curiosity(name))(RSSM, 16, 2, burn_in)
         initialise(curiosity, torch.Generator().manual_seed(0))
         return curiosity
     return make
@@ -69,8 +71,9 @@ def where_settled(x):
     return torch.cat([x[:, 0], x[2:, 1], x[2:, 2]])
 
 
-def test_every_choice_of_the_schema_is_there():
-    assert set(CURIOSITIES) == {choice.value for choice in Curiosity}
+def test_every_file_is_a_choice_and_every_choice_a_file():
+    files = {path.stem for path in Path(choose.__file__).parent.glob("*.py")} - {"__init__", "choose", "curiosity"}
+    assert files == {kind(choice).__module__.rpartition(".")[2] for choice in Curiosity}
 
 
 def test_the_first_steps_of_a_cut_out_sequence_are_not_settled():
@@ -78,7 +81,7 @@ def test_the_first_steps_of_a_cut_out_sequence_are_not_settled():
     assert mask.T.tolist() == [[True] * 4, [False, False, True, True]]
 
 
-@pytest.mark.parametrize("name", CURIOSITIES)
+@pytest.mark.parametrize("name", Curiosity.__members__)
 def test_reward_is_one_number_for_each_imagined_state_and_never_below_zero(made, imagined, name):
     wild = imagined._replace(features=10 * imagined.features)
     reward = made(name).reward(wild)

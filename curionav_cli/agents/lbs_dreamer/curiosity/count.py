@@ -11,7 +11,7 @@ from __future__ import annotations
 import numpy as np
 from torch import Tensor
 
-from curionav_cli.agents.lbs_dreamer.curiosity.curiosity import Head
+from curionav_cli.agents.lbs_dreamer.curiosity.curiosity import Head, Notes
 from curionav_cli.agents.lbs_dreamer.rssm import Observed
 from curionav_cli.agents.lbs_dreamer.world_model import Sequences
 from curionav_cli.records import FloorPlan
@@ -20,6 +20,9 @@ from curionav_cli.storage.replay import Replay
 
 class Count(Head):
     """Oracle: the bonus of a state's true cell."""
+
+    def notes(self, plan: FloorPlan) -> Notes:
+        return Visits(plan)
 
     def target(self, seen: Observed, data: Sequences, noise: Tensor) -> Tensor:
         assert data.noted is not None, "the agent must hand over the counts"

@@ -6,7 +6,9 @@ Letters: T steps, B sequences, F features, H horizon, N imagined lives.
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from typing import Protocol
 
+import numpy as np
 import torch
 from torch import Tensor, nn
 
@@ -14,6 +16,18 @@ from curionav_cli.agents.lbs_dreamer.behaviour import Imagined
 from curionav_cli.agents.lbs_dreamer.kernels.mlp import MLP
 from curionav_cli.agents.lbs_dreamer.rssm import RSSM, Observed
 from curionav_cli.agents.lbs_dreamer.world_model import Sequences
+from curionav_cli.records import FloorPlan
+from curionav_cli.storage.replay import Replay
+
+
+class Notes(Protocol):
+    """A number for every step of the replay, which changes as the replay grows."""
+
+    def take_in(self, replay: Replay) -> None:
+        """Count the episodes that are new."""
+
+    def of(self, which: np.ndarray, start: np.ndarray, pose: np.ndarray) -> np.ndarray:
+        """Of windows that were drawn, (B, L) float32. which, start: (B,); pose: (B, L, 3) metres and radians."""
 
 
 class Curiosity(nn.Module, ABC):
@@ -25,6 +39,10 @@ class Curiosity(nn.Module, ABC):
     def __init__(self, rssm: RSSM, units: int, layers: int, burn_in: int):
         super().__init__()
         self.burn_in = burn_in
+
+    def notes(self, plan: FloorPlan) -> Notes | None:
+        """What is to be noted of every step that the replay holds, as `Sequences.noted`; None for nothing."""
+        return None
 
     @abstractmethod
     def loss(self, seen: Observed, data: Sequences, noise: Tensor) -> tuple[Tensor, dict[str, Tensor]]:

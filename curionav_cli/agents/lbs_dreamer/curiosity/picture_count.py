@@ -12,6 +12,8 @@ import numpy as np
 
 from curionav_cli.agents.image_hash import StateKeys
 from curionav_cli.agents.lbs_dreamer.curiosity.count import Count
+from curionav_cli.agents.lbs_dreamer.curiosity.curiosity import Notes
+from curionav_cli.records import FloorPlan
 from curionav_cli.storage.replay import Replay
 
 GRID, BITS = "grey_8", 64
@@ -20,6 +22,9 @@ PROJECTIONS = 0  # their seed: the same ones in every run
 
 class PictureCount(Count):
     """The bonus of the picture's key."""
+
+    def notes(self, plan: FloorPlan) -> Notes:
+        return Pictures()
 
 
 class Pictures:

@@ -1,0 +1,59 @@
+"""The agents by name. Another agent is a module or folder here, conf/agent/NAME.yaml, and a line in AGENTS.
+
+`make(settings, setup)` imports what is heavy when it is called, so that --help stays quick.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from curionav_cli.agents import cbet, lbs_dreamer, settings
+from curionav_cli.agents.cbet.settings import CBET, CBETLifelong
+from curionav_cli.agents.lbs_dreamer.settings import LBSDreamer
+from curionav_cli.agents.setup import Setup
+
+if TYPE_CHECKING:
+    from curionav_cli.agents.agent import Agent
+
+
+class Registered(NamedTuple):
+    """The dataclass of an agent's settings, and how it is made from them."""
+
+    settings: type
+    make: Callable[[Any, Setup], Agent]
+
+
+def random(own: settings.Random, setup: Setup) -> Agent:
+    from curionav_cli.agents.baselines import Random
+
+    return Random(setup.seed)
+
+
+def sticky(own: settings.Sticky, setup: Setup) -> Agent:
+    from curionav_cli.agents.baselines import Sticky
+
+    return Sticky(setup.seed, own.repeat)
+
+
+def bounce(own: settings.Bounce, setup: Setup) -> Agent:
+    from curionav_cli.agents.baselines import Bounce
+
+    return Bounce.turning(setup.seed, own.min_turn, own.max_turn)
+
+
+def frontier(own: settings.Frontier, setup: Setup) -> Agent:
+    from curionav_cli.agents.frontier import Frontier
+
+    return Frontier(setup.seed, setup.scene)
+
+
+AGENTS: dict[str, Registered] = {
+    "random": Registered(settings.Random, random),
+    "sticky": Registered(settings.Sticky, sticky),
+    "bounce": Registered(settings.Bounce, bounce),
+    "frontier": Registered(settings.Frontier, frontier),
+    "lbs_dreamer": Registered(LBSDreamer, lbs_dreamer.make),
+    "cbet": Registered(CBET, cbet.make),
+    "cbet_lifelong": Registered(CBETLifelong, cbet.make),
+}
