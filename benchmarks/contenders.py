@@ -98,7 +98,8 @@ def curionav(scene: str, engine: str, worlds: int, reuse: bool) -> tuple[Step, i
 
 def uncancelled(scene, actions: list[int]) -> list[int]:
     """The actions without the forward moves that something is in the way of."""
-    from curionav_cli.world.motion import FORWARD, forward
+    from curionav_cli.constants import FORWARD
+    from curionav_cli.world.motion import forward
 
     plan, heading, kept = scene.plan, scene.start_heading, []
     x, y = plan.start[:2]

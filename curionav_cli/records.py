@@ -14,6 +14,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from curionav_cli.constants import ACTIONS, IMAGE_SHAPE
 from curionav_cli.errors import RunFolderError
 from curionav_cli.files import read_arrays, understood, write_arrays
 
@@ -27,7 +28,6 @@ class Pose(NamedTuple):
 
 
 ORIGIN = Pose(0.0, 0.0, 0.0)
-ACTIONS = (0, 1, 2)  # forward, left, right
 
 
 @dataclass(frozen=True)
@@ -138,7 +138,7 @@ class Episode:
         image, action = arrays["image"], arrays["action"].reshape(-1)
         shapes = [arrays[key].shape for key in ("image", "action", "pose", "collided")]
         steps = len(action)
-        if shapes != [(steps + 1, 64, 64, 3), (steps,), (steps + 1, 3), (steps,)] or image.dtype != np.uint8 or \
+        if shapes != [(steps + 1, *IMAGE_SHAPE), (steps,), (steps + 1, 3), (steps,)] or image.dtype != np.uint8 or \
                 not np.isin(action, ACTIONS).all():
             raise RunFolderError(f"{path} holds no episode: its images are {image.dtype} {image.shape}, "
                                  f"for {len(action)} actions that should be 0, 1 or 2.")

@@ -23,6 +23,7 @@ from typing import Any
 
 import numpy as np
 
+from curionav_cli.constants import Stream
 from curionav_cli.files import read_json
 from curionav_cli.records import Episode, Foresight
 from curionav_cli.storage.replay import Replay
@@ -42,7 +43,7 @@ class Agent(ABC):
     device: Any = "cpu"  # where it computes
 
     def __init__(self, seed: int):
-        self.rng = np.random.default_rng([seed, 1])  # the second number keeps it apart from the world's
+        self.rng = np.random.default_rng([seed, Stream.agent])
 
     def begin(self) -> None:
         """An episode starts."""

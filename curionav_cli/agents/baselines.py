@@ -8,14 +8,14 @@ from typing import Any
 import numpy as np
 
 from curionav_cli.agents.agent import Agent
-from curionav_cli.world.motion import FORWARD, HEADINGS, LEFT, RIGHT
+from curionav_cli.constants import ACTIONS, FORWARD, HEADINGS, LEFT, RIGHT
 
 
 class Random(Agent):
     """One of the three actions, each as likely."""
 
     def act(self, observation: dict[str, np.ndarray], info: dict[str, Any]) -> int:
-        return int(self.rng.integers(3))
+        return int(self.rng.integers(len(ACTIONS)))
 
 
 class Sticky(Agent):
@@ -31,7 +31,7 @@ class Sticky(Agent):
 
     def act(self, observation: dict[str, np.ndarray], info: dict[str, Any]) -> int:
         if self.last is None or self.rng.random() >= self.repeat:
-            self.last = int(self.rng.integers(3))
+            self.last = int(self.rng.integers(len(ACTIONS)))
         return self.last
 
 

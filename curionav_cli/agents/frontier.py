@@ -13,9 +13,9 @@ import numpy as np
 
 from curionav_cli.agents.agent import Agent
 from curionav_cli.agents.lattice import Lattice
+from curionav_cli.constants import ACTIONS, HEADINGS
 from curionav_cli.files import read_json
 from curionav_cli.records import FloorPlan
-from curionav_cli.world.motion import HEADINGS
 from curionav_cli.world.scene.scene import Scene
 
 PATIENCE = 50  # random steps before it searches again, once no new cell can be reached from where it is
@@ -48,7 +48,7 @@ class Frontier(Agent):
         if self.way:
             return self.way.pop(0)
         self.wait -= 1
-        return int(self.rng.integers(3))
+        return int(self.rng.integers(len(ACTIONS)))
 
     def search(self, x: float, y: float, heading: int) -> list[int]:
         """The shortest list of actions that lands on an unvisited cell; [] if there is none."""

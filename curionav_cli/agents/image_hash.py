@@ -8,12 +8,15 @@ added up. So a key is the same on every machine and for every batch size.
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
+
+from curionav_cli.constants import IMAGE_CHANNELS, IMAGE_SHAPE, IMAGE_SIDE
 
 EXACT = 2**24  # whole numbers below are float32 numbers
 ROWS = 64  # projected at once
-SIDE = 64
-GRIDS = {"raw": 64, "grey_16": 16, "grey_8": 8}
+GRIDS = {"raw": IMAGE_SIDE, "grey_16": 16, "grey_8": 8}
 
 
 class SignKeys:
@@ -43,8 +46,8 @@ class Reading:
 
     def __init__(self, key: str, views: int):
         self.raw, self.grid = key == "raw", GRIDS[key]
-        self.numbers = views * (SIDE * SIDE * 3 if self.raw else self.grid * self.grid)
-        pixels = (SIDE // self.grid) ** 2 * 3
+        self.numbers = views * (math.prod(IMAGE_SHAPE) if self.raw else self.grid * self.grid)
+        pixels = (IMAGE_SIDE // self.grid) ** 2 * IMAGE_CHANNELS
         self.middle = 0 if self.raw else pixels * 255 // 2
         assert self.numbers * 255 * (1 if self.raw else pixels) < EXACT
 
@@ -62,7 +65,7 @@ class Reading:
         """(n, views, 64, 64, 3) -> (n, numbers)"""
         if self.raw:
             return pictures.reshape(len(pictures), -1)
-        side = SIDE // self.grid
+        side = IMAGE_SIDE // self.grid
         cells = pictures.reshape(-1, self.grid, side, self.grid, side * 3)
         return cells.sum(axis=(2, 4), dtype=np.int32).reshape(len(pictures), -1)
 

@@ -7,7 +7,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from curionav_cli.world.motion import COS, FORWARD, HEADINGS, LEFT, RIGHT, SIN, STEP, YAW, free_share
+from curionav_cli.constants import FORWARD, HEADINGS, LEFT, RIGHT, STEP_LENGTH
+from curionav_cli.world.motion import COS, SIN, YAW, free_share
 
 EXACT = 1e-9  # radians
 
@@ -30,7 +31,7 @@ class Lattice:
 
     def share(self, x: np.ndarray, y: np.ndarray, heading: np.ndarray) -> np.ndarray:
         """(n,) how much of forward moves stays on free cells."""
-        return free_share(self.free, self.cell, x, y, STEP * self.cosine[heading], STEP * self.sine[heading])
+        return free_share(self.free, self.cell, x, y, STEP_LENGTH * self.cosine[heading], STEP_LENGTH * self.sine[heading])
 
     def search(self, x: float, y: float, heading: int) -> list[int]:
         """The shortest list of actions that ends on a cell of `goal` other than by staying; [] if there is none.
@@ -66,7 +67,7 @@ class Lattice:
         A move ahead is looked at closely only where it leads to a free place that was not `seen` yet.
         """
         x, y, heading = pose[:, 0], pose[:, 1], pose[:, 2].astype(np.int64)
-        ahead = np.stack([x + STEP * self.cosine[heading], y + STEP * self.sine[heading], heading], 1)
+        ahead = np.stack([x + STEP_LENGTH * self.cosine[heading], y + STEP_LENGTH * self.sine[heading], heading], 1)
         place = self.places(ahead)
         clear = np.flatnonzero(~seen[place] & self.free.flat[place // HEADINGS])
         clear = clear[self.share(x[clear], y[clear], heading[clear]) == 1.0]

@@ -8,6 +8,7 @@ from typing import Any
 
 from curionav_cli import build
 from curionav_cli.agents.agent import Agent
+from curionav_cli.constants import FORWARD, LEFT, RIGHT
 from curionav_cli.execution.progress import ExploreProgress, ServeProgress, TrainProgress
 from curionav_cli.geometry import wrapped
 from curionav_cli.records import Episode, Foresight
@@ -16,7 +17,6 @@ from curionav_cli.storage import checkpoint
 from curionav_cli.storage.loggers import Local
 from curionav_cli.storage.replay import Replay
 from curionav_cli.storage.run_folder import RunFolder
-from curionav_cli.world.motion import FORWARD, LEFT, RIGHT
 
 
 class Keeper:

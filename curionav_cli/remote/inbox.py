@@ -5,6 +5,7 @@ A number that is missing, or came broken, is waited for: with it the weights are
 
 from __future__ import annotations
 
+import math
 import struct
 from collections.abc import Callable
 from pathlib import Path
@@ -12,6 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from curionav_cli.constants import IMAGE_SHAPE
 from curionav_cli.errors import EpisodeRefused, RunFolderError
 from curionav_cli.files import opened, write_whole
 from curionav_cli.records import Episode, held
@@ -23,7 +25,7 @@ MEMBERS = {f"{name}.npy" for name in ("image", "action", "pose", "collided", "ev
 BELIEF = {"estimate.npy", "dock.npy"}  # of a robot that drifts
 WORDS = ("events.npy", "dock.npy")
 OTHERS = 1 << 20  # bytes of an episode that are neither frames nor numbers of a step
-STEP = 64 * 64 * 3 + 128  # bytes of a step
+STEP = math.prod(IMAGE_SHAPE) + 128  # bytes of a step
 LONGEST = 60.0  # seconds until a refused episode is looked at again
 
 

@@ -12,6 +12,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from curionav_cli.constants import HEADINGS, STEP_LENGTH
 from curionav_cli.files import read_arrays
 from curionav_cli.records import DockReport, FloorPlan
 from curionav_cli.results.comparison.comparison import Comparison, Field
@@ -22,7 +23,6 @@ from curionav_cli.results.labels import scene_name
 from curionav_cli.results.statistics import mean_interval, share_interval
 from curionav_cli.results.tables import Columns, Row
 from curionav_cli.storage.run_folder import RunFolder
-from curionav_cli.world.motion import HEADINGS, STEP
 
 Settings = Mapping[str, Any]
 
@@ -98,8 +98,8 @@ def protocol(loop: Settings, robot: Settings, plans: Mapping[str, FloorPlan], re
     lifelong, setup = 'section "Lifelong learning"', 'section "Experimental Results"'
     yield Number(lifelong, "steps of an episode, N", "500", f"{loop['steps']}", "", "conf/config.yaml")
     yield Number(lifelong, "iterations between episodes, K", "100", f"{loop['iterations']}", "", "conf/config.yaml")
-    yield Number(setup, "a step forward", "0.25 m", f"{STEP:g} m", "", "curionav_cli/world/motion.py")
-    yield Number(setup, "a turn", "10 degrees", f"{360 / HEADINGS:g} degrees", "", "curionav_cli/world/motion.py")
+    yield Number(setup, "a step forward", "0.25 m", f"{STEP_LENGTH:g} m", "", "curionav_cli/constants.py")
+    yield Number(setup, "a turn", "10 degrees", f"{360 / HEADINGS:g} degrees", "", "curionav_cli/constants.py")
     yield Number(setup, "an action of lbs_dreamer is held for", "1 step", f"{repeat} steps at scale=cpu", "",
                  "conf/scale/lbs_dreamer/cpu.yaml")
     for env, paper in (("apartment_0", "5 x 5 cm"), ("small_room", "10 x 10 cm"), ("large_lab", "10 x 10 cm")):

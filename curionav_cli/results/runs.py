@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from curionav_cli.constants import FORWARD
 from curionav_cli.errors import RunFolderError
 from curionav_cli.files import read_arrays
 from curionav_cli.records import FloorPlan
@@ -18,9 +19,8 @@ from curionav_cli.results.coverage import Coverage, Curve
 from curionav_cli.results.integrity import Readable, readable
 from curionav_cli.results.labels import flat, labels, scene_name, world_labels, world_settings
 from curionav_cli.storage.run_folder import RunFolder
-from curionav_cli.world.motion import FORWARD
 
-ACTIONS = ("forward", "left", "right")
+ACTION_NAMES = ("forward", "left", "right")
 SECONDS = {  # what a run cost: the metrics of each episode that add up to it
     "seconds": ("seconds_acting", "seconds_learning"), "cpu_seconds": ("cpu_seconds_acting", "cpu_seconds_learning"),
 }
@@ -121,7 +121,7 @@ class Run:
             "denominator": self.denominator, "visited": self.coverage.visited, "cells": self.coverage.total,
             "coverage": self.coverage.share, "area_under_curve": self.curve.area(),
             **{f"steps_to_{share:.0%}".replace("%", ""): self.curve.steps_to(share) for share in (0.5, 0.8, 0.9)},
-            **{name: mix[index] / steps for index, name in enumerate(ACTIONS)},
+            **{name: mix[index] / steps for index, name in enumerate(ACTION_NAMES)},
             "cancelled": cut / mix[FORWARD] if mix[FORWARD] else None, **homecomings(metrics),
             **{key: known(sums[-1]) for key, sums in spent(metrics).items()},
             "seconds_acting": sum(row["seconds_acting"] for row in metrics),

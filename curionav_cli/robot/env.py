@@ -11,6 +11,7 @@ from typing import Any
 import gymnasium
 import numpy as np
 
+from curionav_cli.constants import ACTIONS, FORWARD, IMAGE_SHAPE, LEFT, RIGHT, STEP_LENGTH, TURN_ANGLE, Stream
 from curionav_cli.files import read_arrays, read_json, write_arrays
 from curionav_cli.records import Pose
 from curionav_cli.robot.charging_dock import ChargingDock
@@ -22,11 +23,9 @@ from curionav_cli.robot.robot_base import RobotBase
 from curionav_cli.robot.settings import Turtlebot
 from curionav_cli.robot.simulated_robot import SimulatedRobot
 from curionav_cli.world.env import NavigationEnv, Observation, told
-from curionav_cli.world.motion import FORWARD, HEADINGS, LEFT, RIGHT, STEP
 from curionav_cli.world.resets import seed_of
 
-STREAM, DOCK_STREAM, START_STREAM = 21, 22, 23  # keep the robot's random streams apart from all others
-TURNS = {LEFT: 2.0 * math.pi / HEADINGS, RIGHT: -2.0 * math.pi / HEADINGS}
+TURNS = {LEFT: TURN_ANGLE, RIGHT: -TURN_ANGLE}
 
 
 class RobotEnv(gymnasium.Wrapper):
@@ -66,13 +65,13 @@ class RobotEnv(gymnasium.Wrapper):
 
     def step(self, action: int) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
         self.env.place.require()
-        if action not in (FORWARD, LEFT, RIGHT):
+        if action not in ACTIONS:
             raise ValueError(f"action {action!r} is none of 0 forward, 1 left, 2 right")
         seconds = self.profile.step
         if action == FORWARD and self._blocked():
             sensed, collided = self.body.drive(0.0, 0.0, seconds), True
         elif action == FORWARD:
-            sensed = self.body.drive(STEP, 0.0, seconds)
+            sensed = self.body.drive(STEP_LENGTH, 0.0, seconds)
             collided = sensed.bump is not None
         else:
             sensed, collided = self.body.drive(0.0, TURNS[action], seconds), False
@@ -96,7 +95,7 @@ class RobotEnv(gymnasium.Wrapper):
     def _begin(self, seed: int) -> None:
         start, self._seed = self.env.scene.plan.start, seed
         station = ChargingDock(self.env.scene.dock, self.env.scene.plan.radius, self.profile.docking.contact)
-        self.body = SimulatedRobot(self.profile, np.random.default_rng([seed, STREAM]), station.outline)
+        self.body = SimulatedRobot(self.profile, np.random.default_rng([seed, Stream.robot]), station.outline)
         self.localiser = Localiser(self.profile, start)
         if self._restored:
             self.body.load(self._restored["body"])
@@ -107,26 +106,26 @@ class RobotEnv(gymnasium.Wrapper):
     def _placed(self) -> Pose:
         """Where it truly stands when an episode begins: at the start, but for what contacts and undocking leave."""
         start, dock = self.env.scene.plan.start, self.profile.filter
-        x, y, yaw = np.random.default_rng([self._seed, START_STREAM, self._episode]).standard_normal(3).tolist()
+        x, y, yaw = np.random.default_rng([self._seed, Stream.start, self._episode]).standard_normal(3).tolist()
         return Pose(start.x + dock.dock_position * x, start.y + dock.dock_position * y,
                     start.yaw + math.radians(dock.dock_yaw) * yaw)
 
     def _home(self) -> dict[str, Any] | None:
         """Drive home and dock, in the world of the episode that ends."""
         scene = self.env.scene
-        light = np.random.default_rng([self._seed, DOCK_STREAM, self._episode])
+        light = np.random.default_rng([self._seed, Stream.dock, self._episode])
         base = RobotBase(self.body, scene.dock, scene.plan.radius, self.profile, light)
         return asdict(ReturnToDock(base, self.localiser, self.map, self.profile, scene.dock, self.link).run())
 
     def _blocked(self) -> bool:
         """Does the depth camera show something in the way of a forward move? What is too near it does not show."""
-        if self.body.surroundings.has_room(*self.body.pose[:2], STEP + 2 * self.env.scene.plan.radius):
+        if self.body.surroundings.has_room(*self.body.pose[:2], STEP_LENGTH + 2 * self.env.scene.plan.radius):
             return False
         scan = self.body.depth()
         ahead, aside = scan.range * np.cos(scan.bearing), np.abs(scan.range * np.sin(scan.bearing))
         radius = self.env.scene.plan.radius
         inside = aside < radius
-        return bool((ahead[inside] < STEP + np.sqrt(radius**2 - aside[inside] ** 2)).any())
+        return bool((ahead[inside] < STEP_LENGTH + np.sqrt(radius**2 - aside[inside] ** 2)).any())
 
     def _observe(self) -> Observation:
         if not self.pictures:
@@ -138,4 +137,4 @@ class RobotEnv(gymnasium.Wrapper):
         return told(self.body.pose, collided, self._episode) | {"estimate": np.array(self.localiser.pose)}
 
 
-BLANK: Observation = {"image": np.zeros((64, 64, 3), np.uint8), "depth": np.zeros((64, 64), np.float32)}
+BLANK: Observation = {"image": np.zeros(IMAGE_SHAPE, np.uint8), "depth": np.zeros(IMAGE_SHAPE[:2], np.float32)}

@@ -12,6 +12,7 @@ from enum import Enum
 
 import numpy as np
 
+from curionav_cli.constants import STEP_LENGTH, TURN_ANGLE
 from curionav_cli.geometry import wrapped
 from curionav_cli.records import Pose
 from curionav_cli.robot.docking.action import Base
@@ -19,7 +20,6 @@ from curionav_cli.robot.localiser import Localiser
 from curionav_cli.robot.occupancy import Occupancy
 from curionav_cli.robot.planner import Plan, plan
 
-STEP, TURN = 0.25, math.radians(10.0)
 TICKS = 3  # of one move: it can be cancelled between them
 TURNS = np.arange(-17, 19)  # headings that are tried, in steps of 10 degrees from the present one
 SEEN = 3  # steps to either side that the depth camera sees
@@ -112,7 +112,7 @@ class Navigator:
         if abs(error) < FACING:
             self.way = Way.arrived
         else:
-            self._start(0.0, max(-TURN, min(TURN, error)))
+            self._start(0.0, max(-TURN_ANGLE, min(TURN_ANGLE, error)))
 
     def _watch(self) -> bool:
         """Plan anew where that is due; False where the journey ends."""
@@ -145,22 +145,22 @@ class Navigator:
         turn = self._heading(pose, away)
         if turn is None:
             self._fresh, self._idle = 0, self._idle + IDLE // 3
-            self._start(0.0, TURN)
+            self._start(0.0, TURN_ANGLE)
         elif turn:
             self._side = 1 if turn > 0 else -1
-            self._start(0.0, self._side * TURN)
+            self._start(0.0, self._side * TURN_ANGLE)
         else:
             self._side = 0
-            self._start(min(STEP, away), 0.0)
+            self._start(min(STEP_LENGTH, away), 0.0)
 
     def _heading(self, pose: Pose, away: float) -> int | None:
         """The best heading in steps of 10 degrees to the left of the present one; None where none is open."""
-        yaw = pose.yaw + TURNS * TURN
+        yaw = pose.yaw + TURNS * TURN_ANGLE
         reach = np.minimum(AHEAD, away)[:, None]
         cost = self.plan.at(pose.x + reach * np.cos(yaw), pose.y + reach * np.sin(yaw)).max(axis=0)
         cost = cost + HESITATION * np.abs(TURNS)
         seen = np.abs(TURNS) <= SEEN
-        cost[seen] = np.where(self._free(TURNS[seen] * TURN, min(STEP, away)), cost[seen], np.inf)
+        cost[seen] = np.where(self._free(TURNS[seen] * TURN_ANGLE, min(STEP_LENGTH, away)), cost[seen], np.inf)
         cost[self._side * TURNS < 0] = np.inf
         best = int(np.argmin(cost))
         return int(TURNS[best]) if math.isfinite(cost[best]) else None

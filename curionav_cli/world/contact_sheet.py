@@ -12,6 +12,7 @@ import cv2
 import numpy as np
 from scipy import ndimage
 
+from curionav_cli.constants import IMAGE_SIDE
 from curionav_cli.records import FloorPlan
 from curionav_cli.world.materials.materials import picture
 from curionav_cli.world.motion import COS, SIN
@@ -31,13 +32,13 @@ def contact_sheet(scene: Scene, path: Path | str) -> None:
     renderer = Renderer(scene)
     views = _spots(scene, renderer, ROWS // 2 * COLUMNS)
     rgb, depth = renderer.render(*views)
-    tile = 64 * SCALE + GAP
+    tile = IMAGE_SIDE * SCALE + GAP
     grid = np.full((ROWS * tile + GAP, COLUMNS * tile + GAP, 3), PAPER, np.uint8)
     for index in range(len(rgb)):
         row, column = divmod(index, COLUMNS)
         for below, image in ((0, rgb[index]), (1, _depth_colours(depth[index]))):
-            at = slice(GAP + (2 * row + below) * tile, GAP + (2 * row + below) * tile + 64 * SCALE)
-            across = slice(GAP + column * tile, GAP + column * tile + 64 * SCALE)
+            at = slice(GAP + (2 * row + below) * tile, GAP + (2 * row + below) * tile + IMAGE_SIDE * SCALE)
+            across = slice(GAP + column * tile, GAP + column * tile + IMAGE_SIDE * SCALE)
             grid[at, across] = np.kron(image, np.ones((SCALE, SCALE, 1), np.uint8))
     plan = top_view(scene, len(grid), views)
     _write(path, np.concatenate([plan, grid], axis=1))

@@ -10,8 +10,9 @@ import gymnasium
 import numpy as np
 from gymnasium import spaces
 
+from curionav_cli.constants import ACTIONS, FORWARD, HEADINGS, IMAGE_SHAPE, LEFT, RIGHT
 from curionav_cli.world import motion
-from curionav_cli.world.render.renderer import FAR, SIDE, Renderer
+from curionav_cli.world.render.renderer import FAR, Renderer
 from curionav_cli.world.resets import Place, check_render_mode, episode_of, seed_of
 from curionav_cli.world.reward import Reward
 from curionav_cli.world.scene.scene import Scene
@@ -22,13 +23,13 @@ METADATA: dict[str, Any] = {"render_modes": ["rgb_array"], "render_fps": 10}
 
 def actions() -> spaces.Discrete:
     """A space of its own: 0 forward 0.25 m, 1 left 10 degrees, 2 right 10 degrees."""
-    return spaces.Discrete(3)
+    return spaces.Discrete(len(ACTIONS))
 
 
 def observations() -> spaces.Dict:
     """A space of its own: image (64, 64, 3) uint8, depth (64, 64) float32 metres."""
-    return spaces.Dict({"image": spaces.Box(0, 255, (SIDE, SIDE, 3), np.uint8),
-                        "depth": spaces.Box(0.0, FAR, (SIDE, SIDE), np.float32)})
+    return spaces.Dict({"image": spaces.Box(0, 255, IMAGE_SHAPE, np.uint8),
+                        "depth": spaces.Box(0.0, FAR, IMAGE_SHAPE[:2], np.float32)})
 
 
 class NavigationEnv(gymnasium.Env[Any, Any]):
@@ -80,13 +81,13 @@ class NavigationEnv(gymnasium.Env[Any, Any]):
 
     def step(self, action: int) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
         plan, collided = self.now.plan, False
-        if action == motion.FORWARD:
+        if action == FORWARD:
             self._x, self._y, collided = motion.forward(
                 plan.visitable, plan.cell, self._x, self._y, self._heading, self.scene.collision)
-        elif action == motion.LEFT:
-            self._heading = (self._heading + 1) % motion.HEADINGS
-        elif action == motion.RIGHT:
-            self._heading = (self._heading - 1) % motion.HEADINGS
+        elif action == LEFT:
+            self._heading = (self._heading + 1) % HEADINGS
+        elif action == RIGHT:
+            self._heading = (self._heading - 1) % HEADINGS
         else:
             raise ValueError(f"action {action!r} is none of 0 forward, 1 left, 2 right")
         earned = self.reward.land(self._x, self._y)

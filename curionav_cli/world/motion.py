@@ -11,9 +11,8 @@ import math
 
 import numpy as np
 
-HEADINGS = 36
-STEP = 0.25
-FORWARD, LEFT, RIGHT = 0, 1, 2
+from curionav_cli.constants import HEADINGS, STEP_LENGTH
+
 COLLISIONS = ("cancel", "stop", "slide")
 NEVER = 1e18  # a move along one axis crosses the lines of the other axis after this many moves
 BACK_OFF = 1e-6  # a move that is cut short ends this share of a step before the blocked cell
@@ -46,7 +45,7 @@ def free_share(visitable: np.ndarray, cell: float, x, y, dx, dy) -> np.ndarray:
     """
     rows, columns = visitable.shape
     px, py, qx, qy = x / cell, y / cell, dx / cell, dy / cell
-    lines = np.arange(int(STEP / cell) + 2)
+    lines = np.arange(int(STEP_LENGTH / cell) + 2)
     times = np.concatenate([_crossings(px, qx, lines), _crossings(py, qy, lines)], axis=1)
     times.sort(axis=1)
     edges = np.zeros((len(times), times.shape[1] + 2))
@@ -75,7 +74,7 @@ def forward_clear(visitable: np.ndarray, cell: float, x, y, heading) -> np.ndarr
     """(n,) bool: does a forward move from each pose pass through visitable cells only?"""
     heading = np.asarray(heading)
     x, y = np.asarray(x, np.float64), np.asarray(y, np.float64)
-    return free_share(visitable, cell, x, y, STEP * COS[heading], STEP * SIN[heading]) == 1.0
+    return free_share(visitable, cell, x, y, STEP_LENGTH * COS[heading], STEP_LENGTH * SIN[heading]) == 1.0
 
 
 def forward(visitable: np.ndarray, cell: float, x: float, y: float, heading: int,
@@ -85,7 +84,7 @@ def forward(visitable: np.ndarray, cell: float, x: float, y: float, heading: int
     mode: cancel (a move that would collide is not made), stop (it ends at the obstacle), slide (what
     is left of it goes on along the obstacle, as in Habitat).
     """
-    dx, dy = float(STEP * COS[heading]), float(STEP * SIN[heading])
+    dx, dy = float(STEP_LENGTH * COS[heading]), float(STEP_LENGTH * SIN[heading])
     share = _share(visitable, cell, x, y, dx, dy)
     if share == 1.0:
         return x + dx, y + dy, False
@@ -100,7 +99,7 @@ def forward(visitable: np.ndarray, cell: float, x: float, y: float, heading: int
 def _share(visitable: np.ndarray, cell: float, x: float, y: float, dx: float, dy: float) -> float:
     """free_share of one move, to the bit, without arrays: twenty times as fast."""
     px, py, qx, qy = x / cell, y / cell, dx / cell, dy / cell
-    lines = int(STEP / cell) + 2
+    lines = int(STEP_LENGTH / cell) + 2
     times = sorted(_crossings_of_one(px, qx, lines) + _crossings_of_one(py, qy, lines))
     rows, columns = visitable.shape
     before = 0.0

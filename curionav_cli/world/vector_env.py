@@ -11,11 +11,12 @@ from gymnasium.error import ResetNeeded
 from gymnasium.vector import AutoresetMode
 from gymnasium.vector.utils import batch_space
 
+from curionav_cli.constants import FORWARD, HEADINGS, IMAGE_SHAPE, LEFT, RIGHT
 from curionav_cli.world import motion
 from curionav_cli.world.env import METADATA, Observation, actions, observations
 from curionav_cli.world.keywords import built
 from curionav_cli.world.registration import STEPS
-from curionav_cli.world.render.renderer import SIDE, Renderer
+from curionav_cli.world.render.renderer import Renderer
 from curionav_cli.world.resets import Place, check_render_mode, episode_of, mask_of, seeds_of
 from curionav_cli.world.reward import Reward
 from curionav_cli.world.scene.scene import Scene
@@ -56,8 +57,8 @@ class NavigationVectorEnv(gymnasium.vector.VectorEnv[Any, Any, Any]):
         self._x, self._y = np.zeros(num_envs), np.zeros(num_envs)
         self._heading, self._episode, self._steps = np.zeros((3, num_envs), np.int64)
         self._over = np.zeros(num_envs, bool)
-        self._image = np.zeros((num_envs, SIDE, SIDE, 3), np.uint8)
-        self._depth = np.zeros((num_envs, SIDE, SIDE), np.float32)
+        self._image = np.zeros((num_envs, *IMAGE_SHAPE), np.uint8)
+        self._depth = np.zeros((num_envs, *IMAGE_SHAPE[:2]), np.float32)
 
     @property
     def engine(self) -> str:
@@ -130,10 +131,10 @@ class NavigationVectorEnv(gymnasium.vector.VectorEnv[Any, Any, Any]):
 
     def _act(self, actions: np.ndarray, acting: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """The worlds of this mask move: (E,) did its pose change, (E,) did it collide?"""
-        turn = ((actions == motion.LEFT).astype(np.int64) - (actions == motion.RIGHT)) * acting
-        self._heading = (self._heading + turn) % motion.HEADINGS
+        turn = ((actions == LEFT).astype(np.int64) - (actions == RIGHT)) * acting
+        self._heading = (self._heading + turn) % HEADINGS
         changed, collided = turn != 0, np.zeros(self.num_envs, bool)
-        for world in np.flatnonzero((actions == motion.FORWARD) & acting).tolist():
+        for world in np.flatnonzero((actions == FORWARD) & acting).tolist():
             changed[world], collided[world] = self._forward(world)
         return changed, collided
 

@@ -5,7 +5,7 @@ import pytest
 from scipy.stats import chisquare
 
 from curionav_cli.agents.baselines import Bounce, Random, Sticky
-from curionav_cli.world.motion import FORWARD, LEFT, RIGHT
+from curionav_cli.constants import FORWARD, LEFT, RIGHT
 
 OPEN, BLOCKED = {"collided": False}, {"collided": True}
 

@@ -5,8 +5,9 @@ from types import SimpleNamespace
 import numpy as np
 
 from curionav_cli.agents.frontier import Frontier
+from curionav_cli.constants import FORWARD, LEFT, STEP_LENGTH
 from curionav_cli.results.coverage import cover
-from curionav_cli.world.motion import COS, FORWARD, LEFT, SIN, STEP, forward
+from curionav_cli.world.motion import COS, SIN, forward
 
 
 def world(plan, later=None):
@@ -40,7 +41,7 @@ def test_the_nearest_unvisited_cell_is_reached_by_the_fewest_actions(a_plan):
     plan = a_plan(rows=14, columns=16, cell=0.1)
     agent = Frontier(0, world(plan))
     agent.visited[:] = True
-    row, column = plan.cells(0.55 + 2 * STEP * COS[9], 0.55 + 2 * STEP * SIN[9])
+    row, column = plan.cells(0.55 + 2 * STEP_LENGTH * COS[9], 0.55 + 2 * STEP_LENGTH * SIN[9])
     agent.visited[row, column] = False  # two moves ahead, after a quarter turn to the left
     way = agent.search(0.55, 0.55, 6)
     assert way == [LEFT] * 3 + [FORWARD] * 2

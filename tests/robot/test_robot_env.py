@@ -13,11 +13,11 @@ from gymnasium.utils.env_checker import check_env
 from test_resume import KILLED
 
 from curionav_cli.agents.baselines import Bounce
+from curionav_cli.constants import FORWARD, LEFT, STEP_LENGTH
 from curionav_cli.loop import run_episode
 from curionav_cli.records import Episode
 from curionav_cli.robot.env import RobotEnv
 from curionav_cli.world.env import NavigationEnv
-from curionav_cli.world.motion import FORWARD, LEFT, STEP
 
 
 def a_robot(scene, profile, seed=0, pictures=False):
@@ -70,13 +70,13 @@ def test_a_move_is_cancelled_exactly_when_depth_shows_its_corridor_occupied(larg
     for row, column in rows_columns[rng.integers(0, len(rows_columns), 3000)]:
         x, y, yaw = (column + 0.5) * 0.1, (row + 0.5) * 0.1, rng.uniform(-np.pi, np.pi)
         env.body.pose = env.body.pose._replace(x=x, y=y, yaw=yaw)
-        free = around.travel(x, y, STEP * np.cos(yaw), STEP * np.sin(yaw), radius) == STEP
+        free = around.travel(x, y, STEP_LENGTH * np.cos(yaw), STEP_LENGTH * np.sin(yaw), radius) == STEP_LENGTH
         blocked = env._blocked()
         assert not (free and blocked)
         if not free and not blocked:
             scan = env.body.depth()
             ahead, aside = scan.range * np.cos(scan.bearing), np.abs(scan.range * np.sin(scan.bearing))
-            assert not ((aside < radius) & (ahead < STEP)).any()
+            assert not ((aside < radius) & (ahead < STEP_LENGTH)).any()
             hidden += 1
         cancelled += blocked
     assert cancelled > 300 and 0 < hidden < cancelled / 3

@@ -5,9 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from curionav_cli.constants import STEP_LENGTH
 from curionav_cli.geometry import wrapped
 from curionav_cli.robot.simulated_robot import SimulatedRobot
-from curionav_cli.world.motion import STEP
 
 
 def a_body(profile, scene, seed=0):
@@ -47,11 +47,11 @@ def test_contact_stops_the_robot_while_its_wheels_turn_on(turtlebot, small_room)
     slipped, twists = [], []
     for seed in range(60):
         body = a_body(turtlebot, small_room, seed)
-        while (sensed := body.drive(STEP, 0.0, 0.6)).bump is None:
+        while (sensed := body.drive(STEP_LENGTH, 0.0, 0.6)).bump is None:
             before = body.pose
         free = np.hypot(body.pose.x - before.x, body.pose.y - before.y)
-        if free < 0.8 * STEP:
-            slipped.append((sensed.wheel - free) / (STEP - free))
+        if free < 0.8 * STEP_LENGTH:
+            slipped.append((sensed.wheel - free) / (STEP_LENGTH - free))
         twists.append(np.degrees(wrapped(body.pose.yaw - before.yaw)))
         assert sensed.bump in ("left", "centre", "right")
     assert np.median(slipped) == pytest.approx(0.65, abs=0.1) and min(slipped) > 0.1
@@ -77,7 +77,7 @@ def test_a_scan_shows_the_walls_and_not_what_is_too_near(quiet, small_room):
 def test_a_silent_sensor_says_nothing(turtlebot, small_room, sensor):
     body = a_body(turtlebot, small_room)
     body.silent.add(sensor)
-    sensed = [body.drive(STEP, 0.0, 0.6) for _ in range(20)]
+    sensed = [body.drive(STEP_LENGTH, 0.0, 0.6) for _ in range(20)]
     said = {"wheel": np.isfinite(sensed[0].wheel), "gyro": np.isfinite(sensed[0].gyro),
             "bumper": any(one.bump for one in sensed), "lidar": np.isfinite(body.scan().range).any(),
             "depth": np.isfinite(body.depth().range).any()}

@@ -10,10 +10,10 @@ import pytest
 from gymnasium.error import Error, ResetNeeded
 from gymnasium.utils.env_checker import check_env
 
+from curionav_cli.constants import HEADINGS
 from curionav_cli.errors import MapError, SceneError
 from curionav_cli.world import motion
 from curionav_cli.world.env import NavigationEnv
-from curionav_cli.world.motion import HEADINGS
 from curionav_cli.world.registration import SCENES, register
 from curionav_cli.world.render.renderer import Renderer
 from curionav_cli.world.reward import REWARDS, Reward

@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from curionav_cli.constants import HEADINGS, STEP_LENGTH
 from curionav_cli.geometry import rectangle_distance
-from curionav_cli.world.motion import COLLISIONS, COS, HEADINGS, SIN, STEP, _share, forward, forward_clear, free_share
+from curionav_cli.world.motion import COLLISIONS, COS, SIN, _share, forward, forward_clear, free_share
 
 
 def test_the_circle_is_exact_at_the_quarters_and_symmetric() -> None:
@@ -22,8 +23,8 @@ def test_the_circle_is_exact_at_the_quarters_and_symmetric() -> None:
 def march(visitable: np.ndarray, cell: float, x: float, y: float, heading: int) -> bool:
     """Is every point of the move, at 20 micrometres, on a visitable cell?"""
     share = np.linspace(0.0, 1.0, 12_501)
-    row = np.floor((y + share * STEP * SIN[heading]) / cell).astype(int)
-    column = np.floor((x + share * STEP * COS[heading]) / cell).astype(int)
+    row = np.floor((y + share * STEP_LENGTH * SIN[heading]) / cell).astype(int)
+    column = np.floor((x + share * STEP_LENGTH * COS[heading]) / cell).astype(int)
     inside = (row >= 0) & (row < visitable.shape[0]) & (column >= 0) & (column < visitable.shape[1])
     return bool(inside.all()) and bool(visitable[row, column].all())
 
@@ -65,7 +66,7 @@ def test_stop_ends_at_the_obstacle_and_slide_goes_on_along_it() -> None:
     assert y - 0.2 == pytest.approx((x - 0.4) * np.tan(np.radians(40)), abs=1e-9)
     slid_x, slid_y, hit = forward(visitable, 0.1, 0.4, 0.2, 4, "slide")
     assert hit and slid_x < 0.5
-    assert slid_y == pytest.approx(0.2 + STEP * SIN[4], abs=1e-6)
+    assert slid_y == pytest.approx(0.2 + STEP_LENGTH * SIN[4], abs=1e-6)
 
 
 @pytest.mark.parametrize("mode", COLLISIONS)
@@ -96,7 +97,7 @@ def test_a_quarter_million_steps_of_many_robots_stay_clear(small_room, draw_spot
     for _ in range(64):
         heading = (heading + rng.integers(-3, 4, len(x))) % HEADINGS
         goes = forward_clear(plan.visitable, plan.cell, x, y, heading)
-        x, y = x + goes * STEP * COS[heading], y + goes * STEP * SIN[heading]
+        x, y = x + goes * STEP_LENGTH * COS[heading], y + goes * STEP_LENGTH * SIN[heading]
         assert plan.visitable[plan.cells(x, y)].all()
     nearest = min(rectangle_distance(x, y, *box).min() for box in zip(low, high, strict=True))
     assert nearest > plan.radius - plan.cell * np.sqrt(0.5)
@@ -118,7 +119,7 @@ def test_one_move_is_the_move_of_a_batch_to_the_bit(cell: float) -> None:
     x, y = rng.random(2000) * 50 * cell, rng.random(2000) * 40 * cell
     x[:500], y[250:750] = np.round(x[:500] / cell) * cell, np.round(y[250:750] / cell * 2) / 2 * cell
     heading, part = rng.integers(0, HEADINGS, 2000), rng.random(2000) ** np.tile([0, 2], 1000)
-    dx, dy = STEP * COS[heading] * part, STEP * SIN[heading] * part
+    dx, dy = STEP_LENGTH * COS[heading] * part, STEP_LENGTH * SIN[heading] * part
     batch = free_share(visitable, cell, x, y, dx, dy)
     single = [_share(visitable, cell, *move) for move in zip(*(a.tolist() for a in (x, y, dx, dy)), strict=True)]
     assert np.array_equal(np.array(single), batch)

@@ -16,7 +16,8 @@ import torch
 from numpy.lib.stride_tricks import as_strided
 from torch import Tensor, nn
 
-from curionav_cli.agents.cbet.network import COLOURS, SIDE, PolicyNetwork
+from curionav_cli.agents.cbet.network import PolicyNetwork
+from curionav_cli.constants import IMAGE_CHANNELS, IMAGE_SIDE
 
 ONE = np.ones(1, np.float32)
 
@@ -108,7 +109,7 @@ class Convolution:
 
 def convolutions(network: PolicyNetwork) -> tuple[list[Convolution], np.ndarray, np.ndarray]:
     """One after another, where they read the picture (64, 64, 3), and where they leave features (side, side, O)."""
-    padded = np.zeros((SIDE + 2, SIDE + 2, COLOURS), np.float32)
+    padded = np.zeros((IMAGE_SIDE + 2, IMAGE_SIDE + 2, IMAGE_CHANNELS), np.float32)
     picture = result = padded[1:-1, 1:-1]
     layers = []
     for weight, bias in weights(network.eyes.layers):

@@ -13,9 +13,7 @@ import torch.nn.functional as F
 from torch import Tensor, nn
 
 from curionav_cli.agents.cbet import settings as cbet_settings
-
-ACTIONS = 3  # forward, left, right
-SIDE, COLOURS = 64, 3
+from curionav_cli.constants import ACTIONS, IMAGE_CHANNELS, IMAGE_SIDE
 
 
 class Memory(NamedTuple):
@@ -30,8 +28,8 @@ class Eyes(nn.Module):
 
     def __init__(self, channels: list[int]):
         super().__init__()
-        self.layers = nn.ModuleList(nn.Conv2d(i, o, 3, 2, 1) for i, o in pairwise([COLOURS, *channels]))
-        side = SIDE
+        self.layers = nn.ModuleList(nn.Conv2d(i, o, 3, 2, 1) for i, o in pairwise([IMAGE_CHANNELS, *channels]))
+        side = IMAGE_SIDE
         for _ in channels:
             side = (side + 1) // 2
         self.features = side * side * channels[-1]
@@ -52,7 +50,7 @@ class PolicyNetwork(nn.Module):
         sizes = [self.eyes.features, *hyper.dense_units]
         self.dense = nn.ModuleList(nn.Linear(i, o) for i, o in pairwise(sizes))
         self.lstm = nn.LSTM(sizes[-1], hyper.lstm_units, hyper.lstm_layers)
-        self.policy = nn.Linear(hyper.lstm_units, ACTIONS)
+        self.policy = nn.Linear(hyper.lstm_units, len(ACTIONS))
         self.value = nn.Linear(hyper.lstm_units, 1)
 
     def initial(self, batch: int) -> Memory:

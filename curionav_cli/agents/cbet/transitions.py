@@ -11,8 +11,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from curionav_cli.constants import FORWARD
 from curionav_cli.records import Episode
-from curionav_cli.world.motion import FORWARD
 
 TURNED, MOVED, BLOCKED = 0, 1, 2
 KINDS = ("turned", "moved", "blocked")

@@ -16,7 +16,6 @@ from curionav_cli.agents.lbs_dreamer import settings as lbs_settings
 from curionav_cli.agents.lbs_dreamer.checkpoint import load_learner, save_learner
 from curionav_cli.agents.lbs_dreamer.compile import fuse, recorder, way
 from curionav_cli.agents.lbs_dreamer.device_replay import DeviceReplay, room_on
-from curionav_cli.agents.lbs_dreamer.kernels.convolution import COLOURS, SIDE
 from curionav_cli.agents.lbs_dreamer.learner import Learner, build_networks
 from curionav_cli.agents.lbs_dreamer.memory import keep_freed_memory
 from curionav_cli.agents.lbs_dreamer.open_loop import predict_episode
@@ -24,11 +23,11 @@ from curionav_cli.agents.lbs_dreamer.rssm import State
 from curionav_cli.agents.lbs_dreamer.world_model import Sequences
 from curionav_cli.agents.meter import Meter, finite
 from curionav_cli.agents.weights import pack, put, unpack
+from curionav_cli.constants import IMAGE_SHAPE, Stream
 from curionav_cli.errors import ConfigError, WeightsRefused
 from curionav_cli.records import Episode, FloorPlan, Foresight
 from curionav_cli.storage.replay import NO_ACTION, Replay
 
-FORESIGHT_STREAM, ACTING_STREAM = 2, 3  # keep what predictions and acting draw apart from what learning draws
 ACTING = ("world_model.encoder.", "world_model.rssm.", "behaviour.actor.")
 
 
@@ -85,7 +84,7 @@ class LBSDreamer(Agent):
         if (self.steps - 1) % self.every:
             return int(self.action)
         if self.acting_generator is None:
-            seed = np.random.default_rng([self.seed, ACTING_STREAM, info["episode_index"]]).integers(2**62)
+            seed = np.random.default_rng([self.seed, Stream.acting, info["episode_index"]]).integers(2**62)
             self.acting_generator = torch.Generator(self.device).manual_seed(int(seed))
         noise = torch.rand(1, self.hyper.latent_dimension + 1, generator=self.acting_generator, device=self.device)
         found = self.filter(Step(torch.from_numpy(observation["image"]), self.action, *self.state, noise))
@@ -116,7 +115,7 @@ class LBSDreamer(Agent):
     @torch.inference_mode()
     def acts(self) -> bool:
         """Are the latents and the policy finite for one grey image?"""
-        grey = torch.full((SIDE, SIDE, COLOURS), 128, dtype=torch.uint8)
+        grey = torch.full(IMAGE_SHAPE, 128, dtype=torch.uint8)
         action, noise = torch.tensor([NO_ACTION]), torch.full((1, self.hyper.latent_dimension + 1), 0.5)
         networks = self.learner.networks
         step = Step(grey, action.to(self.device), *networks.world_model.rssm.initial(1), noise.to(self.device))
@@ -129,7 +128,7 @@ class LBSDreamer(Agent):
         return {name: tensor for name, tensor in self.learner.networks.state_dict().items() if name.startswith(ACTING)}
 
     def predict(self, index: int, episode: Episode) -> Foresight | None:
-        rng = np.random.default_rng([self.seed, FORESIGHT_STREAM, index])
+        rng = np.random.default_rng([self.seed, Stream.predictions, index])
         return predict_episode(self.learner.networks, episode, self.hyper.sequence_length, rng, self.device, self.every)
 
     def learn(self, replay: Replay, iterations: int, tick: Callable[[int], None]) -> dict[str, float]:

@@ -7,16 +7,17 @@ buffers in page-locked memory: one is filled while the other is on its way.
 from __future__ import annotations
 
 import logging
+import math
 
 import numpy as np
 import torch
 from torch import Tensor
 
-from curionav_cli.agents.lbs_dreamer.networks import COLOURS, SIDE
+from curionav_cli.constants import IMAGE_SHAPE
 from curionav_cli.storage.replay import Replay
 
 SHARE = 0.5  # of the GPU's free memory; the rest is for what is computed
-FRAME = SIDE * SIDE * COLOURS
+FRAME = math.prod(IMAGE_SHAPE)
 
 log = logging.getLogger("curionav")
 
@@ -55,7 +56,7 @@ class DeviceReplay:
         sent = iter(self._send(which[away], start[away], (len(which), length, FRAME)) if away.any() else ())
         rows = [self.episodes[e][s:s + length] if e < len(self.episodes) else next(sent)
                 for e, s in zip(which.tolist(), start.tolist(), strict=True)]
-        return torch.stack(rows, 1).view(length, len(rows), SIDE, SIDE, COLOURS)
+        return torch.stack(rows, 1).view(length, len(rows), *IMAGE_SHAPE)
 
     def _send(self, which: np.ndarray, start: np.ndarray, most: tuple[int, int, int]) -> Tensor:
         """Windows (M, L, FRAME) from the host; at `most` so many."""
@@ -67,7 +68,7 @@ class DeviceReplay:
         frames = self.buffers[self.turn][:len(which)]
         if cuda:
             self.sent[self.turn].synchronize()  # of the batch before the last: the GPU is not waited for
-        self.replay.frames(which, start, frames.view(*frames.shape[:2], SIDE, SIDE, COLOURS).numpy())
+        self.replay.frames(which, start, frames.view(*frames.shape[:2], *IMAGE_SHAPE).numpy())
         there = frames.to(self.device, non_blocking=True)
         if cuda:
             self.sent[self.turn].record()

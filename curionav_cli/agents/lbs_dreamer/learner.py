@@ -18,8 +18,7 @@ from curionav_cli.agents.lbs_dreamer.optimiser import Optimiser
 from curionav_cli.agents.lbs_dreamer.rssm import Observed, State
 from curionav_cli.agents.lbs_dreamer.stream_norm import StreamNorm
 from curionav_cli.agents.lbs_dreamer.world_model import Sequences, WorldModel, choose
-
-ACTIONS = 3  # forward, left, right
+from curionav_cli.constants import ACTIONS
 
 
 class Networks(nn.Module):
@@ -27,10 +26,10 @@ class Networks(nn.Module):
 
     def __init__(self, hyper: lbs_settings.LBSDreamer):
         super().__init__()
-        self.world_model = WorldModel(hyper, ACTIONS)
+        self.world_model = WorldModel(hyper, len(ACTIONS))
         rssm = self.world_model.rssm
         self.curiosity = curiosity(hyper, rssm)
-        self.behaviour = Behaviour(rssm.features, ACTIONS, hyper.mlp_units, hyper.mlp_layers, rssm.stoch)
+        self.behaviour = Behaviour(rssm.features, len(ACTIONS), hyper.mlp_units, hyper.mlp_layers, rssm.stoch)
         self.stream_norm = StreamNorm(hyper.reward_momentum, hyper.reward_centring)
 
 

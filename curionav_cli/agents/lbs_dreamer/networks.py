@@ -14,15 +14,16 @@ from typing import cast
 import torch
 from torch import Tensor, nn
 
-from curionav_cli.agents.lbs_dreamer.kernels.convolution import COLOURS, SIDE, convolution, pixels, to_patches_of
+from curionav_cli.agents.lbs_dreamer.kernels.convolution import convolution, pixels, to_patches_of
 from curionav_cli.agents.lbs_dreamer.kernels.elu import elu
+from curionav_cli.constants import IMAGE_CHANNELS, IMAGE_SIDE
 
 
 def to_patches(image: Tensor, stride: int) -> Tensor:
     """Images (..., 64, 64, 3) uint8 -> patches (N, G, G, P) float in [-0.5, 0.5]."""
-    grid = SIDE // stride
-    word = {0: torch.int32, 2: torch.int16}.get(stride * COLOURS % 4, torch.uint8)  # several bytes at a time
-    rows = image.view(-1, grid, stride, grid, stride * COLOURS).view(word).unbind(2)  # of a patch
+    grid = IMAGE_SIDE // stride
+    word = {0: torch.int32, 2: torch.int16}.get(stride * IMAGE_CHANNELS % 4, torch.uint8)  # several bytes at a time
+    rows = image.view(-1, grid, stride, grid, stride * IMAGE_CHANNELS).view(word).unbind(2)  # of a patch
     patches = torch.stack(rows, 3).view(torch.uint8).flatten(3)
     return patches.float().mul_(1 / 255).sub_(0.5)
 
@@ -57,11 +58,11 @@ class Encoder(nn.Module):
 
     def __init__(self, channels: list[int], kernels: list[int], strides: list[int]):
         super().__init__()
-        inputs = [COLOURS, *channels[:-1]]
+        inputs = [IMAGE_CHANNELS, *channels[:-1]]
         layers = zip(inputs, channels, kernels, strides, strict=True)
         self.layers = nn.ModuleList(nn.Conv2d(i, o, k, s) for i, o, k, s in layers)
         self.stride = strides[0]
-        side = SIDE
+        side = IMAGE_SIDE
         for kernel, stride in zip(kernels, strides, strict=True):
             side = (side - kernel) // stride + 1
         self.size = side * side * channels[-1]
@@ -84,7 +85,7 @@ class Decoder(nn.Module):
                  strides: list[int]):
         super().__init__()
         self.dense = nn.Linear(features, units)
-        sizes = [units, *channels, COLOURS]
+        sizes = [units, *channels, IMAGE_CHANNELS]
         layers = zip(sizes[:-1], sizes[1:], kernels, strides, strict=True)
         self.layers = nn.ModuleList(nn.ConvTranspose2d(i, o, k, s) for i, o, k, s in layers)
         self.stride = strides[-1]

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from enum import Enum
 
 from curionav_cli.bounds import bounded, within
+from curionav_cli.constants import IMAGE_CHANNELS, IMAGE_SIDE
 
 
 class Precision(Enum):
@@ -92,16 +93,17 @@ class LBSDreamer:
             "sequence_length latent_classes": (2, 10**4),
             "imagination_starts": (1, 10**6), "slow_critic_interval behaviour_interval": (1, 10**9)})
         check_layers("agent.encoder", self.encoder_channels, self.encoder_kernels, self.encoder_strides)
-        check_layers("agent.decoder", [*self.decoder_channels, 3], self.decoder_kernels, self.decoder_strides)
+        check_layers("agent.decoder", [*self.decoder_channels, IMAGE_CHANNELS], self.decoder_kernels,
+                     self.decoder_strides)
         side = 1
         for kernel, stride in zip(self.decoder_kernels, self.decoder_strides, strict=True):
             side = (side - 1) * stride + kernel
-        if side != 64:
-            raise ValueError(f"agent.decoder_kernels: with these strides the image has side {side}, not 64")
+        if side != IMAGE_SIDE:
+            raise ValueError(f"agent.decoder_kernels: with these strides the image has side {side}, not {IMAGE_SIDE}")
         patch, kernels = self.encoder_strides[0], (self.encoder_kernels[0], self.decoder_kernels[-1])
-        if patch != self.decoder_strides[-1] or 64 % patch or any(kernel % patch for kernel in kernels):
+        if patch != self.decoder_strides[-1] or IMAGE_SIDE % patch or any(kernel % patch for kernel in kernels):
             raise ValueError("agent.encoder_strides: the first must be the last of agent.decoder_strides, "
-                             "and divide 64 and the kernels of those two layers")
+                             f"and divide {IMAGE_SIDE} and the kernels of those two layers")
 
 
 def check_layers(key: str, channels: list[int], kernels: list[int], strides: list[int]) -> None:

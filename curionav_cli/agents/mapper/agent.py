@@ -18,10 +18,11 @@ from curionav_cli.agents.lattice import Lattice
 from curionav_cli.agents.mapper.camera import DepthCamera
 from curionav_cli.agents.mapper.goals import GOALS
 from curionav_cli.agents.mapper.memory import Memory
+from curionav_cli.constants import ACTIONS, FORWARD, HEADINGS
 from curionav_cli.files import read_arrays, read_json, write_arrays
 from curionav_cli.records import Pose
 from curionav_cli.robot.occupancy import Occupancy
-from curionav_cli.world.motion import FORWARD, HEADINGS, YAW
+from curionav_cli.world.motion import YAW
 
 PATIENCE = 50  # steps until it looks for a goal again, once there was none
 
@@ -51,7 +52,7 @@ class Mapper(Agent):
         if not self.way or not self._clear(pose):
             self.way = self._search(pose)
         self.steps, self.before = self.steps + 1, pose
-        return self.way.pop(0) if self.way else int(self.rng.integers(3))
+        return self.way.pop(0) if self.way else int(self.rng.integers(len(ACTIONS)))
 
     def report(self) -> dict[str, float]:
         """explored: the step at which nothing was left for the first time, if it has come."""

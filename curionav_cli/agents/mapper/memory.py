@@ -11,10 +11,10 @@ import math
 import cv2
 import numpy as np
 
+from curionav_cli.constants import STEP_LENGTH
 from curionav_cli.records import Pose
 from curionav_cli.robot.measurements import Scan
 from curionav_cli.robot.occupancy import MOST, Occupancy
-from curionav_cli.world.motion import STEP
 
 MOVED, TURNED = 0.2, math.radians(25.0)  # a view is entered when the robot moved or turned so much since the last one
 ALONG = np.arange(1, 11) / 10.0  # of a move, to find the cells that it passes
@@ -79,7 +79,7 @@ class Memory:
         That is one that no move went through yet, if there is one, and of those the one nearest to an obstacle. Where
         no obstacle is known nearby, there is one now.
         """
-        row, column = self.map.cells(x + ALONG * STEP * math.cos(yaw), y + ALONG * STEP * math.sin(yaw))
+        row, column = self.map.cells(x + ALONG * STEP_LENGTH * math.cos(yaw), y + ALONG * STEP_LENGTH * math.sin(yaw))
         room = self.room(row, column)
         worst = int(np.argmin(room + MOST * self.passed[row, column]))
         self.closed[row[worst], column[worst]] = True

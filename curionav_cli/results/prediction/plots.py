@@ -9,13 +9,14 @@ from matplotlib import patches
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from curionav_cli.constants import IMAGE_SIDE
 from curionav_cli.results.lettering import wrapped
 from curionav_cli.results.plots import OTHERS, STYLES
 from curionav_cli.results.prediction.moved_objects import Ellipse
 from curionav_cli.results.prediction.stored_predictions import Errors, Strip
 
 ROWS = 3  # windows in a figure, at most two of one episode
-SIDE, GAP, BREAK = 64, 4, 14  # pixels: of a frame, between two, between two windows and after what was seen
+SIDE, GAP, BREAK = IMAGE_SIDE, 4, 14  # pixels: of a frame, between two, between two windows and after what was seen
 COARSE = 6  # of 256 levels of a colour: nobody sees it, and the file is half as large
 INK, PALE, RED = "#111827", "#6b7280", "#dc2626"
 

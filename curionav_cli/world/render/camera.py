@@ -6,12 +6,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from curionav_cli.constants import IMAGE_SIDE
 from curionav_cli.world.render.box_tables import BoxTables, build_box_tables
 from curionav_cli.world.render.culling import Culling
 from curionav_cli.world.render.texture_atlas import Atlas
 from curionav_cli.world.scene.scene import Scene
 
-SIDE = 64
 FAR = 10.0  # metres; depth is capped here
 
 
@@ -30,8 +30,8 @@ class Camera:
 
 def view(scene: Scene, atlas: Atlas) -> Camera:
     tangent = float(np.tan(np.radians(scene.fov) / 2.0))
-    offset = (np.arange(SIDE) + 0.5) / (SIDE / 2) - 1.0
+    offset = (np.arange(IMAGE_SIDE) + 0.5) / (IMAGE_SIDE / 2) - 1.0
     slope = -tangent * offset
-    surfaces = build_box_tables(scene.boxes, atlas, scene.height, scene.camera, slope, 2.0 * tangent / SIDE)
+    surfaces = build_box_tables(scene.boxes, atlas, scene.height, scene.camera, slope, 2.0 * tangent / IMAGE_SIDE)
     return Camera(slope.astype(np.float32), tangent * offset, surfaces, Culling(surfaces, scene.size, tangent),
                   atlas.texels, tangent)

@@ -11,15 +11,16 @@ import copy
 
 import numpy as np
 
+from curionav_cli.constants import HEADINGS, IMAGE_SHAPE
 from curionav_cli.errors import SceneError
-from curionav_cli.world.motion import COS, HEADINGS, SIN
-from curionav_cli.world.render.camera import FAR, SIDE, view
+from curionav_cli.world.motion import COS, SIN
+from curionav_cli.world.render.camera import FAR, view
 from curionav_cli.world.render.intersections import Rays, rays
 from curionav_cli.world.render.numpy_engine import NumpyEngine
 from curionav_cli.world.render.texture_atlas import Atlas, build_atlas
 from curionav_cli.world.scene.scene import Scene
 
-__all__ = ["ENGINES", "FAR", "SIDE", "Renderer"]
+__all__ = ["ENGINES", "FAR", "Renderer"]
 
 
 def _numba(views):
@@ -86,8 +87,8 @@ class Renderer:
     def _all(self, x, y, cosine: np.ndarray, sine: np.ndarray, chosen: Rays,
              brightness) -> tuple[np.ndarray, np.ndarray]:
         x, y = np.atleast_1d(np.asarray(x, np.float64)), np.atleast_1d(np.asarray(y, np.float64))
-        rgb = np.empty((len(x), SIDE, SIDE, 3), np.uint8)
-        depth = np.empty((len(x), SIDE, SIDE), np.float32)
+        rgb = np.empty((len(x), *IMAGE_SHAPE), np.uint8)
+        depth = np.empty((len(x), *IMAGE_SHAPE[:2]), np.float32)
         if brightness is None:
             brightness = np.full(len(x), self.scene.brightness)
         self._draw(x, y, cosine, sine, chosen, brightness, rgb, depth)

@@ -11,11 +11,11 @@ from typing import NamedTuple
 
 import numpy as np
 
+from curionav_cli.constants import Stream
 from curionav_cli.world.scene.scene_format import Light, Move
 
 DARKEST = 0.2
 PERIODS = 100_000  # after so many a thing stands at home again and a new stream begins: no episode is far away
-LIGHT_STREAM, MOVE_STREAM = 11, 12  # keep the two random streams of a seed apart
 
 
 class Item(NamedTuple):
@@ -29,9 +29,9 @@ def brightness(light: Light, episode: int, seed: int) -> float:
     """How bright the scene is, 1 = as painted: a slow wave whose phase the seed draws, and noise."""
     if not light.drift and not light.sigma:
         return 1.0
-    phase = np.random.default_rng([seed, LIGHT_STREAM]).uniform(0.0, 2.0 * math.pi)
+    phase = np.random.default_rng([seed, Stream.light]).uniform(0.0, 2.0 * math.pi)
     wave = 0.5 - 0.5 * math.cos(2.0 * math.pi * episode / light.period + phase)
-    noise = np.random.default_rng([seed, LIGHT_STREAM, episode + 1]).normal(0.0, light.sigma)
+    noise = np.random.default_rng([seed, Stream.light, episode + 1]).normal(0.0, light.sigma)
     return float(np.clip(1.0 - light.drift * wave + noise, DARKEST, 1.0))
 
 
@@ -39,7 +39,7 @@ def place(item: Item, move: Move, number: int, episode: int, seed: int) -> tuple
     """Where a thing stands in this episode: at home at first, then wherever each period puts it."""
     places = [item.home, *((x, y) for x, y in move.to)]
     block, periods = divmod(episode // move.every, PERIODS)
-    stream = [seed, MOVE_STREAM, number, block] if block else [seed, MOVE_STREAM, number]
+    stream = [seed, Stream.moves, number, block] if block else [seed, Stream.moves, number]
     draws = np.random.default_rng(stream).integers(0, len(places) - 1, periods)
     at = 0
     for draw in draws.tolist():

@@ -11,9 +11,10 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
+from curionav_cli.constants import HEADINGS, IMAGE_SIDE
 from curionav_cli.world.env import NavigationEnv
-from curionav_cli.world.motion import COS, HEADINGS, SIN, YAW
-from curionav_cli.world.render.renderer import FAR, SIDE, Renderer
+from curionav_cli.world.motion import COS, SIN, YAW
+from curionav_cli.world.render.renderer import FAR, Renderer
 from curionav_cli.world.scene.boxes import Boxes
 from curionav_cli.world.scene.scene import Scene
 from curionav_cli.world.scene.scene_file import plain
@@ -22,7 +23,7 @@ from curionav_cli.world.scene.scene_file import plain
 def rays(scene: Scene, heading: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """dx, dy, dz a metre of depth for each pixel: (64, 64) each."""
     tangent = np.tan(np.radians(scene.fov) / 2)
-    offset = ((np.arange(SIDE) + 0.5) / 32 - 1) * tangent
+    offset = ((np.arange(IMAGE_SIDE) + 0.5) / 32 - 1) * tangent
     right, rise = np.meshgrid(offset, -offset)
     return COS[heading] + right * SIN[heading], SIN[heading] - right * COS[heading], rise
 

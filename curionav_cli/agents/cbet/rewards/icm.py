@@ -7,9 +7,10 @@ import torch.nn.functional as F
 from torch import Tensor, nn
 
 from curionav_cli.agents.cbet import settings as cbet_settings
-from curionav_cli.agents.cbet.network import ACTIONS, Eyes
+from curionav_cli.agents.cbet.network import Eyes
 from curionav_cli.agents.cbet.rewards.reward import Reward
 from curionav_cli.agents.cbet.unrolls import Batch
+from curionav_cli.constants import ACTIONS
 
 HIDDEN = 256
 
@@ -23,15 +24,15 @@ class ICM(Reward):
         size = eyes.features
         return nn.ModuleDict({
             "features": eyes,
-            "dynamics": nn.Sequential(nn.Linear(size + ACTIONS, HIDDEN), nn.ReLU(), nn.Linear(HIDDEN, size)),
-            "inverse": nn.Sequential(nn.Linear(2 * size, HIDDEN), nn.ReLU(), nn.Linear(HIDDEN, ACTIONS)),
+            "dynamics": nn.Sequential(nn.Linear(size + len(ACTIONS), HIDDEN), nn.ReLU(), nn.Linear(HIDDEN, size)),
+            "inverse": nn.Sequential(nn.Linear(2 * size, HIDDEN), nn.ReLU(), nn.Linear(HIDDEN, len(ACTIONS))),
         })
 
     def learned_bonus(self, batch: Batch) -> tuple[Tensor, Tensor]:
         """The forward error; the loss is its sum over T and mean over B, and that of the inverse model's."""
         seen = self.networks["features"](batch.image.flatten(0, 1)).unflatten(0, batch.image.shape[:2])
         before, after = seen[:-1], seen[1:]
-        action = F.one_hot(batch.action, ACTIONS).to(before)
+        action = F.one_hot(batch.action, len(ACTIONS)).to(before)
         predicted = self.networks["dynamics"](torch.cat([before, action], dim=-1))
         guessed = self.networks["inverse"](torch.cat([before, after], dim=-1))
         error = torch.linalg.vector_norm(predicted - after, dim=-1)

@@ -21,7 +21,6 @@ from torch import Tensor
 
 from curionav_cli.agents.lbs_dreamer.kernels.precision import as_computed
 
-SIDE, COLOURS = 64, 3
 MANY = 96  # channels of the smaller image, from which on products pay
 FEW = 4  # points a side of it, below which they pay for a convolution and its gradient by the input
 PART = 1250  # windows at a time, which stay in the caches

@@ -1,0 +1,26 @@
+"""What world, robot, agents and results agree on: actions, the image, and the streams of random numbers."""
+
+from __future__ import annotations
+
+import math
+from enum import IntEnum
+
+ACTIONS = FORWARD, LEFT, RIGHT = 0, 1, 2
+STEP_LENGTH = 0.25  # metres of a forward action
+HEADINGS = 36  # in a full turn
+TURN_ANGLE = 2.0 * math.pi / HEADINGS  # radians of a left or right action: 10 degrees
+IMAGE_SIDE, IMAGE_CHANNELS = 64, 3  # pixels; red, green, blue
+IMAGE_SHAPE = IMAGE_SIDE, IMAGE_SIDE, IMAGE_CHANNELS
+
+
+class Stream(IntEnum):
+    """The second number that a generator is seeded by: it keeps what draws from one seed apart."""
+
+    agent = 1
+    predictions = 2
+    acting = 3
+    light = 11
+    moves = 12
+    robot = 21
+    dock = 22
+    start = 23
