@@ -19,8 +19,11 @@ from curionav_cli.remote.robot_sync import RobotSync
 from curionav_cli.storage.replay import Replay
 
 
-class Callbacks(Protocol):
-    """Who looks on: progress, metrics, checkpoints."""
+class Callbacks:
+    """Called as a run goes on, for progress, metrics and checkpoints. These do nothing."""
+
+    def began(self, index: int, info: dict[str, Any]) -> None:
+        """The environment is reset for episode `index`; info is that of the reset."""
 
     def acted(self, step: int) -> None:
         """One more step of the running episode is done."""
@@ -56,10 +59,14 @@ class Learn(Protocol):
 
 
 def run_episodes(env: gymnasium.Env, agent: Agent, learn: Learn, *, episodes: int, steps: int, seed: int,
-                 watch: Callbacks, first: int = 0) -> None:
-    """Episodes `first` to `episodes`, `steps` steps each; learn(index, episode) gives metrics."""
+                 watch: Callbacks, first: int = 0, return_after_last: bool = False) -> None:
+    """Episodes `first` to `episodes`, `steps` steps each; learn(index, episode) gives metrics.
+
+    return_after_last: the environment is also reset after the last episode, so that a robot ends on its dock.
+    """
     observation, info = env.reset(seed=seed, options={"episode": first})
     for index in range(first, episodes):
+        watch.began(index, info)
         learn.docked(index)
         began = clocks()
         episode = run_episode(env, agent, observation, info, steps, watch)
@@ -68,8 +75,10 @@ def run_episodes(env: gymnasium.Env, agent: Agent, learn: Learn, *, episodes: in
         learned = clocks()
         watch.episode_done(index, episode,
                            {**metrics, **spent("acting", began, acted), **spent("learning", acted, learned)})
-        if index + 1 < episodes:
+        if index + 1 < episodes or return_after_last:
             observation, info = env.reset()
+    if return_after_last:
+        watch.began(episodes, info)
     learn.docked(episodes)
 
 
@@ -88,28 +97,38 @@ def run_episode(env: gymnasium.Env, agent: Agent, observation: dict[str, np.ndar
                 steps: int, watch: Callbacks) -> Episode:
     """Live `steps` steps from where the robot stands, or fewer where the environment ends it (a battery runs low)."""
     image, action = np.empty((steps + 1, *observation["image"].shape), np.uint8), np.empty(steps, np.int64)
-    image[0], told, truncated = observation["image"], [info], False
+    image[0], infos, truncated = observation["image"], [info], False
     agent.begin()
-    while len(told) <= steps and not truncated:
-        t = len(told)
+    while len(infos) <= steps and not truncated:
+        t = len(infos)
         action[t - 1] = agent.act(observation, info)
         observation, _, _, truncated, info = env.step(int(action[t - 1]))
         image[t] = observation["image"]
-        told.append(info)
+        infos.append(info)
         watch.acted(t)
-    return recorded(image[:len(told)], action[:len(told) - 1], told, env.get_wrapper_attr("events"))
+    return recorded(image[:len(infos)], action[:len(infos) - 1], infos, env.get_wrapper_attr("events"))
 
 
-def recorded(image: np.ndarray, action: np.ndarray, told: list[dict[str, Any]],
+def recorded(image: np.ndarray, action: np.ndarray, infos: list[dict[str, Any]],
              events: tuple[dict[str, Any], ...]) -> Episode:
-    """An episode of what was seen (T+1), done (T) and told (T+1 infos), and what had changed before it."""
-    estimate = np.array([info["estimate"] for info in told]) if "estimate" in told[0] else None
-    collided = np.array([info["collided"] for info in told[1:]], bool)
-    return Episode(image, action, np.array([info["pose"] for info in told], np.float64), collided,
-                   events, estimate, told[0].get("dock"))
+    """An episode of images (T+1, 64, 64, 3), actions (T,), T+1 infos, and what had changed in the world before it."""
+    estimate = np.array([info["estimate"] for info in infos]) if "estimate" in infos[0] else None
+    collided = np.array([info["collided"] for info in infos[1:]], bool)
+    return Episode(image, action, np.array([info["pose"] for info in infos], np.float64), collided,
+                   events, estimate, infos[0].get("dock"))
 
 
-class LocalLearner:
+class NoLearning:
+    """The agent acts, and nothing is stored."""
+
+    def __call__(self, index: int, episode: Episode) -> dict[str, float]:
+        return {}
+
+    def docked(self, index: int) -> None:
+        """Nothing is to be fetched."""
+
+
+class LocalLearner(NoLearning):
     """Store the episode, then K iterations on all that was lived so far, in this process."""
 
     def __init__(self, agent: Agent, replay: Replay, iterations: int, watch: Callbacks,
@@ -127,9 +146,6 @@ class LocalLearner:
         self.replay.add(episode)
         metrics = self.agent.learn(self.replay, self.iterations, self.watch.learned)
         return {**metrics, **(foresight.metrics() if foresight else {})}
-
-    def docked(self, index: int) -> None:
-        """Nothing is to be fetched."""
 
 
 class RemoteLearner:

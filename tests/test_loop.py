@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from curionav_cli.agents.agent import Agent
-from curionav_cli.loop import LocalLearner, run_episodes
+from curionav_cli.loop import Callbacks, LocalLearner, NoLearning, run_episodes
 from curionav_cli.records import Foresight, Surprise
 from curionav_cli.storage.replay import Replay
 
@@ -65,7 +65,7 @@ class Counter(Agent):
         return {"loss": 0.5}
 
 
-class Notes:
+class Notes(Callbacks):
     """A watcher that keeps everything."""
 
     def __init__(self):
@@ -101,6 +101,20 @@ def test_steps_then_iterations_then_home(life):
     assert calls == [reset, "begin", ("foresee", 0, 4), ("learn", 4, 2), home, "begin", ("foresee", 1, 4),
                      ("learn", 8, 2), home, "begin", ("foresee", 2, 4), ("learn", 12, 2)]
     assert notes.steps == [1, 2, 3, 4] * 3 and notes.iterations == [1, 2] * 3 and stored == [0, 1, 2]
+
+
+def test_a_robot_may_end_on_its_dock() -> None:
+    calls, began = [], []
+
+    class Begun(Callbacks):
+        def began(self, index, info):
+            began.append((index, info["episode"]))
+
+    run_episodes(Line(calls), Counter(calls), NoLearning(), episodes=4, steps=2, seed=7, watch=Begun(), first=2,
+                 return_after_last=True)
+    home = ("reset", None, None)
+    assert calls == [("reset", 7, {"episode": 2}), "begin", home, "begin", home]
+    assert began == [(2, 2), (3, 3), (4, 4)]
 
 
 def test_an_episode_holds_what_was_seen_before_and_after_each_action(life):

@@ -31,7 +31,8 @@ class Lattice:
 
     def share(self, x: np.ndarray, y: np.ndarray, heading: np.ndarray) -> np.ndarray:
         """(n,) how much of forward moves stays on free cells."""
-        return free_share(self.free, self.cell, x, y, STEP_LENGTH * self.cosine[heading], STEP_LENGTH * self.sine[heading])
+        dx, dy = STEP_LENGTH * self.cosine[heading], STEP_LENGTH * self.sine[heading]
+        return free_share(self.free, self.cell, x, y, dx, dy)
 
     def search(self, x: float, y: float, heading: int) -> list[int]:
         """The shortest list of actions that ends on a cell of `goal` other than by staying; [] if there is none.

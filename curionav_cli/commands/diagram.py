@@ -4,12 +4,11 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Sequence
-from itertools import islice
 from pathlib import Path
 
 from curionav_cli import build
 from curionav_cli.config.schema import Config
-from curionav_cli.execution.docking_trial import returns_to_dock
+from curionav_cli.loop import Callbacks, NoLearning, run_episodes
 from curionav_cli.results import docking_diagram, plots
 from curionav_cli.results.docking_diagram import Moves
 from curionav_cli.robot.docking.action import Feedback, Goal, GoalState, Phase
@@ -49,9 +48,8 @@ def watched(settings: Config, requests: int) -> Moves:
     world, moves = build.scene(settings), Moves()
     env = build.robot_env(settings, world, False, lambda server: Watched(server, moves))
     agent = build.agent(settings, world)
-    lived = returns_to_dock(env, agent, STEPS, settings.seed, 0, False, lambda *_: None)
-    for _ in islice(lived, requests):
-        pass
+    run_episodes(env, agent, NoLearning(), episodes=requests, steps=STEPS, seed=settings.seed, watch=Callbacks(),
+                 return_after_last=True)
     return moves
 
 

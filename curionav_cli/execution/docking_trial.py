@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Sequence
 from contextlib import closing
 from dataclasses import asdict
 from pathlib import Path
@@ -16,7 +16,8 @@ from curionav_cli.errors import RunFolderError
 from curionav_cli.execution.lifecycle import fixed_settings
 from curionav_cli.execution.progress import DockProgress, line
 from curionav_cli.files import file_name
-from curionav_cli.records import DockReport
+from curionav_cli.loop import Callbacks, NoLearning, run_episodes
+from curionav_cli.records import DockReport, Episode
 from curionav_cli.robot.env import RobotEnv
 from curionav_cli.storage import checkpoint
 from curionav_cli.storage.run_folder import RunFolder
@@ -54,53 +55,40 @@ class DockingTrial:
         run, settings = self.run, self.settings
         env = build.robot_env(settings, self.world, pictures=agent.learns)
         found = checkpoint.newest(run.checkpoints, self.fixed, self.verify)
-        if found:
+        if found:  # the episode before request `first` is done, and the robot stands at its end
             env.load(found[1])
         docked = sum(row["code"] == "docked" for row in run.metrics())
         run.set_status(state="running", error=None, homecoming=first, requests=self.total)
-        homes = returns_to_dock(env, agent, settings.loop.steps, settings.seed, first, bool(found), self.keep)
         with closing(line(f"{settings.env.name} seed {settings.seed}", first, self.total)) as shown:
-            words = DockProgress(shown, docked)
-            for index, report in homes:
-                run.append_metrics({"episode": index, **asdict(report)})
-                words.home(report.success)
-                if index + 1 >= self.total:
-                    break
+            recorder = TrialRecorder(run, agent, env, self.fixed, DockProgress(shown, docked))
+            run_episodes(env, agent, recorder, episodes=self.total, steps=settings.loop.steps, seed=settings.seed,
+                         watch=recorder, first=first + bool(found), return_after_last=True)
         run.set_status(homecoming=self.total)
         draw([run], run.path)
 
-    def keep(self, index: int, agent: Agent, env: RobotEnv) -> None:
-        """Before homecoming `index`, now and then: all that it takes to go on from here."""
-        if index % EVERY:
-            return
 
-        def write(folder: Path) -> None:
-            agent.save(folder)
-            env.save(folder)
-        checkpoint.save(self.run.checkpoints, index, self.fixed, write)
-        self.run.set_status(homecoming=index)
+class TrialRecorder(NoLearning, Callbacks):
+    """Keeps a trial: a checkpoint before every tenth return to the dock, a row of metrics.jsonl after each."""
 
+    def __init__(self, run: RunFolder, agent: Agent, env: RobotEnv, fixed: dict[str, Any], report: DockProgress):
+        self.run, self.agent, self.env, self.fixed, self.report = run, agent, env, fixed, report
 
-def returns_to_dock(env: RobotEnv, agent: Agent, steps: int, seed: int, first: int, restored: bool,
-                    keep: Callable[[int, Agent, RobotEnv], None]) -> Iterator[tuple[int, DockReport]]:
-    """Explore and go home for ever: the number of each homecoming and its report.
+    def __call__(self, index: int, episode: Episode) -> dict[str, float]:
+        if index % EVERY == 0:
+            checkpoint.save(self.run.checkpoints, index, self.fixed, self.save)
+            self.run.set_status(homecoming=index)
+        return {}
 
-    restored: the episode before homecoming `first` was lived already, and the robot stands at its end.
-    """
-    observation, info = env.reset(seed=seed, options={"episode": first + restored})
-    if restored:
-        yield first, DockReport.of(info["dock"])
-    index = first + restored
-    while True:
-        agent.begin()
-        for _ in range(steps):
-            observation, _, _, low, info = env.step(agent.act(observation, info))
-            if low:
-                break
-        keep(index, agent, env)
-        observation, info = env.reset()
-        yield index, DockReport.of(info["dock"])
-        index += 1
+    def save(self, folder: Path) -> None:
+        """All that it takes to go on from the end of an episode."""
+        self.agent.save(folder)
+        self.env.save(folder)
+
+    def began(self, index: int, info: dict[str, Any]) -> None:
+        if info["dock"]:  # none: the run begins on the dock
+            report = DockReport.of(info["dock"])
+            self.run.append_metrics({"episode": index - 1, **asdict(report)})
+            self.report.home(report.success)
 
 
 def draw(runs: Sequence[RunFolder], root: Path) -> None:

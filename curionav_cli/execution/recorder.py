@@ -11,6 +11,7 @@ from curionav_cli.agents.agent import Agent
 from curionav_cli.constants import FORWARD, LEFT, RIGHT
 from curionav_cli.execution.progress import ExploreProgress, ServeProgress, TrainProgress
 from curionav_cli.geometry import wrapped
+from curionav_cli.loop import Callbacks
 from curionav_cli.records import Episode, Foresight
 from curionav_cli.results.coverage import Coverage
 from curionav_cli.storage import checkpoint
@@ -43,7 +44,7 @@ class Keeper:
                            "bytes_on_disk": replay.on_disk}} if replay is not None and self.agent.learns else {}
 
 
-class Recorder(Keeper):
+class Recorder(Keeper, Callbacks):
     """Watches a life (loop.Callbacks) and counts its coverage. env: none where it is lived elsewhere."""
 
     def __init__(self, run: RunFolder, env: build.Environment | None, agent: Agent, replay: Replay | None,
