@@ -1,4 +1,4 @@
-"""Where a robot that drifts estimated to be, beside where it was: a panel an episode, over the floor plan."""
+"""True and estimated path of a robot whose odometry drifts: a panel an episode, over the floor plan."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ def paths(run: Run) -> Figure | None:
         axes.set_axis_off()
     handles, names = panels[0].get_legend_handles_labels()
     figure.legend(handles, names, loc="outside lower center", ncols=columns_for(figure, names))
-    figure.suptitle(wrapped(f"{run.label}: true and estimated path; above each how the robot returned to its dock before",
+    figure.suptitle(wrapped(f"{run.label}: true and estimated path; above each the return to dock before it",
                             figure.get_figwidth() - 0.3), fontsize=9)
     return figure
 

@@ -34,7 +34,7 @@ RECOVERIES: Columns = (
 )
 
 
-def is_docking_trial(run: RunFolder) -> bool:
+def came_home(run: RunFolder) -> bool:
     """Whether it is a run of curionav dock with at least one return to dock in it."""
     return any("code" in row for row in run.metrics()[:1])
 
@@ -45,7 +45,7 @@ def reports(run: RunFolder) -> list[DockReport]:
 
 
 class Counted(NamedTuple):
-    """Returns to dock of one run, or of several that differ in nothing but their seed; `where` names them in a table."""
+    """Returns to dock of one run, or of several that differ in their seed only. where: their cells of a table."""
 
     run: RunFolder
     where: Row

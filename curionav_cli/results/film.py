@@ -82,7 +82,7 @@ class PlanView:
 
 
 def write(pictures: Iterable[np.ndarray], path: Path) -> None:
-    """Write these pictures (H, W, 3) uint8 RGB as .webm, finished or absent. Raises RunFolderError without an encoder."""
+    """Write pictures (H, W, 3) uint8 RGB as .webm, finished or absent. Raises RunFolderError without an encoder."""
     with TemporaryDirectory() as folder:
         file = Path(folder) / "film.webm"
         encode(pictures, file)

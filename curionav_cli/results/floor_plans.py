@@ -95,7 +95,7 @@ def squares(grid: np.ndarray, side: int) -> np.ndarray:
 
 
 def draw_plan(axes: Axes, plan: FloorPlan, most: int = SQUARES, walls_only: bool = False) -> None:
-    """Draw the plan, cropped to the building. most: squares along its longer side. walls_only: what stands on the floor."""
+    """Draw the plan, cropped to the building. most: squares along its longer side; walls_only: only obstacles."""
     rows, columns = window(plan)
     side = max(1, -(-max(rows.stop - rows.start, columns.stop - columns.start) // most))
     grid = squares(kinds(plan)[rows, columns], side)

@@ -51,8 +51,9 @@ def readable(run: RunFolder, plan: FloorPlan, rule: str, denominator: str) -> Re
 
 
 def noted(run: RunFolder, plan: FloorPlan, rows: Sequence[dict[str, Any]]) -> ReadablePart | None:
-    """Read a whole run as it counted itself, by landing on visitable cells; rows: its metrics. Of episodes only the ends
-    are read, which one that was cut short lacks.
+    """Read a whole run as it counted itself, by landing on visitable cells; rows: its metrics.
+
+    Of episode files only the ends are read, which a file that was cut short lacks.
 
     None where status, rows and files are not about the same episodes, where rows lack what was found (older ones do)
     or contradict themselves.

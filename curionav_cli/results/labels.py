@@ -2,8 +2,9 @@
 
 Two runs are the same arm if all that a run may not change while it goes on (fixed.json) is the same, apart from the
 seed and the world; two worlds are the same if theirs is, apart from what draws the pictures. A name is the agent's
-(or the scene's), with the fewest settings that distinguish it from others of that name: `lbs_dreamer curiosity=shuffled`. ROS maps
-of one name are distinguished by the shortest ending of their paths: `north/office`, `south/office`.
+(or the scene's), with the fewest settings that distinguish it from others of that name: `lbs_dreamer
+curiosity=shuffled`. ROS maps of one name are distinguished by the shortest ending of their paths: `north/office`,
+`south/office`.
 """
 
 from __future__ import annotations

@@ -146,7 +146,7 @@ def dock_returns(metrics: list[dict[str, Any]]) -> dict[str, int]:
 
 
 def distinguish(runs: Sequence[Run]) -> None:
-    """Add to names of agents and scenes the settings that distinguish runs: 'cbet view=ego', 'small_room camera=0.9'."""
+    """Add to names of agents and scenes what distinguishes runs: 'cbet view=ego', 'small_room camera=0.9'."""
     agents = [run.config["agent"] for run in runs]
     names = [agent["name"] for agent in agents]
     for run, name, label in zip(runs, names, labels(names, list(map(flat, agents)), [run.preset for run in runs])):

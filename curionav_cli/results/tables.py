@@ -79,7 +79,7 @@ def escaped(text: str) -> str:
 
 
 def comma_separated(rows: Sequence[Row]) -> str:
-    """Write tidy CSV with every key and plain numbers; of an estimate its value as KEY, its bounds as KEY_low and KEY_high."""
+    """Write tidy CSV with every key and plain numbers; bounds of an estimate as KEY_low and KEY_high."""
     tidy = [spread(row) for row in rows]
     text = io.StringIO()
     writer = csv.DictWriter(text, list(dict.fromkeys(key for row in tidy for key in row)), lineterminator="\n")

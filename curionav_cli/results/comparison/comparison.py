@@ -76,7 +76,7 @@ def compare(runs: Sequence[RunSummary]) -> Comparison:
 
 
 def again(names: dict[RunSummary, tuple[str, str]]) -> dict[RunSummary, str]:
-    """Lives that another stands for already: whole ones and long ones first."""
+    """Find runs that another stands for already: whole ones and long ones stand first."""
     first: dict[tuple[str, str, int], RunSummary] = {}
     for run in sorted(names, key=lambda run: (not run.whole, -run.steps)):
         first.setdefault((*names[run], run.seed), run)
@@ -100,7 +100,7 @@ def field_of(env: str, arms: dict[RunSummary, str], left_out: dict[RunSummary, s
 
 
 def measures(run: RunSummary, horizon: int, at: Sequence[int]) -> dict[str, Any]:
-    """Measure one run up to the horizon; shares between 0 and 1, None where a share was not reached or a cost not noted."""
+    """Measure one run up to the horizon; shares between 0 and 1, None where not reached or not noted."""
     curve = run.curve.until(horizon)
     spent = {key: None if np.isnan(number) else number for key, number in run.spent(horizon).items()}
     return {

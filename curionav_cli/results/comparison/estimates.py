@@ -49,7 +49,7 @@ def arm_rows(comparison: Comparison, at: Sequence[int]) -> Iterator[Row]:
 
 
 def summary(key: str, values: list[float | None]) -> Any:
-    """Mean and interval of a measure; the mean of a cost, where all are known; the median of steps, where most arrived."""
+    """Mean and interval of a measure; of a cost the mean, where all are known; of steps the median, as Reached."""
     known = np.array([np.inf if value is None else value for value in values])
     if key.startswith(("coverage", "area")):
         return mean_interval(known)

@@ -23,7 +23,10 @@ GREY = "#6b7280"
 
 
 def environment(field: Field, look: dict[str, Look], pairs: Sequence[Row], base: str, meaning: str) -> Figure:
-    """Draw coverage over steps, the area under it, and its paired differences to `base`. meaning: what counts as covered."""
+    """Draw coverage over steps, the area under it, and its paired differences to `base`.
+
+    meaning: what counts as covered, in words.
+    """
     used = {arm: look[arm] for arm in field.arms}
     cells = next(iter(field.arms.values()))[0].curve.total
     figure, (left, middle, right) = panels(

@@ -48,8 +48,8 @@ def arm_table(rows: Sequence[Row], at: Sequence[int], counted: str) -> Table:
 
 
 def overall_table(rows: Sequence[Row]) -> Table:
-    return Table("overall", "Over the runs of all environments that every arm has runs in, each of the same weight, with "
-                 "the 95 % interval of a stratified bootstrap.", OVERALL, rows)
+    return Table("overall", "Over the runs of all environments that every arm has runs in, each of the same weight, "
+                 "with the 95 % interval of a stratified bootstrap.", OVERALL, rows)
 
 
 def pair_table(rows: Sequence[Row]) -> Table:

@@ -63,7 +63,7 @@ def places(events: Iterable[dict[str, Any]]) -> list[tuple[float, float]]:
 
 
 def around(places: Iterable[tuple[float, float]], pose: np.ndarray, camera: Camera, side: int) -> np.ndarray:
-    """Mask the pixels (side, side) bool where an object at one of these places could be seen from a pose (x, y, yaw)."""
+    """Mask the pixels (side, side) bool where an object at one of these places is visible from a pose (x, y, yaw)."""
     mask = np.zeros((side, side), bool)
     x, y, yaw = pose
     for east, north in places:
