@@ -50,7 +50,7 @@ os.environ |= {"OMP_NUM_THREADS": "1", "OMP_WAIT_POLICY": "PASSIVE"}  # as the c
 MARK, BUCKET, LINK = fingerprint({"benchmark": 1}), "bucket", 20e6 / 8  # bytes a second
 EPISODES = 5
 LIFE = 300.0  # seconds of a robot's episode: the paper says approximately 5 minutes for 500 steps
-NOBODY = SimpleNamespace(acted=lambda step: None, learned=lambda i: None, predicted=lambda index, foresight: None)
+NOBODY = SimpleNamespace(acted=lambda step: None, learned=lambda i: None, predicted=lambda index, prediction: None)
 
 
 def settings(*words: str) -> Config:

@@ -14,7 +14,7 @@ import gymnasium
 import numpy as np
 
 from curionav_cli.agents.agent import Agent
-from curionav_cli.records import Episode, Foresight
+from curionav_cli.records import Episode, Prediction
 from curionav_cli.remote.robot_sync import RobotSync
 from curionav_cli.storage.replay import Replay
 
@@ -31,7 +31,7 @@ class Callbacks:
     def learned(self, iteration: int) -> None:
         """One more of the K iterations is done."""
 
-    def predicted(self, index: int, foresight: Foresight) -> None:
+    def predicted(self, index: int, prediction: Prediction) -> None:
         """What the agent expected of episode `index`, before it learned from it."""
 
     def episode_done(self, index: int, episode: Episode, metrics: dict[str, float]) -> None:
@@ -140,12 +140,12 @@ class LocalLearner(NoLearning):
         self.store(index, episode)
         if not self.agent.learns:
             return {}
-        foresight = self.agent.predict(index, episode)
-        if foresight:
-            self.watch.predicted(index, foresight)
+        prediction = self.agent.predict(index, episode)
+        if prediction:
+            self.watch.predicted(index, prediction)
         self.replay.add(episode)
         metrics = self.agent.learn(self.replay, self.iterations, self.watch.learned)
-        return {**metrics, **(foresight.metrics() if foresight else {})}
+        return {**metrics, **(prediction.metrics() if prediction else {})}
 
 
 class RemoteLearner:

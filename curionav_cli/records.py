@@ -1,4 +1,4 @@
-"""The nouns that travel between rooms: Pose, FloorPlan, Episode, DockReport, Foresight. Each can be saved and loaded.
+"""The nouns that travel between rooms: Pose, FloorPlan, Episode, DockReport, Prediction. Each can be saved and loaded.
 
 Frames. x points right and y up, in metres from the lower-left corner of the scene (for a ROS map: of its image, or of
 the part of it that a large map is cropped to); yaw is counter-clockwise from +x in radians. Cell (row, column) covers
@@ -201,7 +201,7 @@ class Surprise:
 
 
 @dataclass(frozen=True)
-class Foresight:
+class Prediction:
     """What an agent expected of an episode that it had not learned from, seeing little and knowing the actions.
 
     W windows, drawn at F steps: step (F,) int64 counts from the last frame that the agent saw, so that 0 and
@@ -230,7 +230,7 @@ class Foresight:
         write_arrays(path, own | {f"surprise_{key}": value for key, value in vars(self.surprise).items()})
 
     @classmethod
-    def load(cls, path: Path) -> Foresight:
+    def load(cls, path: Path) -> Prediction:
         """Raises RunFolderError where the file is broken."""
         own = read_arrays(path, ("step", "frame", "image", "error", "repeat"), ("every",))
         with understood(path):

@@ -6,7 +6,7 @@ import pytest
 
 from curionav_cli.agents.agent import Agent
 from curionav_cli.loop import Callbacks, LocalLearner, NoLearning, run_episodes
-from curionav_cli.records import Foresight, Surprise
+from curionav_cli.records import Prediction, Surprise
 from curionav_cli.storage.replay import Replay
 
 
@@ -32,7 +32,7 @@ class Line(gymnasium.Env):
         return observation, 0.0, False, False, info
 
 
-FORESEEN = Foresight(np.array([1]), np.array([[3]]), np.zeros((1, 1, 64, 64, 3), np.uint8),
+FORESEEN = Prediction(np.array([1]), np.array([[3]]), np.zeros((1, 1, 64, 64, 3), np.uint8),
                      error=np.array([[0.25], [0.75]], np.float32), repeat=np.array([[1.0], [0.0]], np.float32),
                      surprise=Surprise(*np.zeros((3, 1, 1), np.float32)))
 
@@ -74,8 +74,8 @@ class Notes(Callbacks):
     def acted(self, step):
         self.steps.append(step)
 
-    def predicted(self, index, foresight):
-        self.foreseen.append((index, foresight))
+    def predicted(self, index, prediction):
+        self.foreseen.append((index, prediction))
 
     def learned(self, iteration):
         self.iterations.append(iteration)

@@ -23,7 +23,7 @@ from curionav_cli.storage.run_folder import RunFolder
 
 third = lambda recorder: recorder.coverage.steps == 24
 if moment == "acting": at(Recorder, "acted", lambda recorder, step: third(recorder) and step == 7)
-if moment == "foreseeing": at(RunFolder, "save_foresight", lambda run, index, foresight: index == 2)
+if moment == "foreseeing": at(RunFolder, "save_prediction", lambda run, index, prediction: index == 2)
 if moment == "training": at(Recorder, "learned", lambda recorder, i: third(recorder) and i == 2)
 if moment == "saving": at(checkpoint, "flush", lambda path: path.parent.name == "000003.part")
 if moment == "between": at(RunFolder, "append_metrics", lambda run, row: row["episode"] == 2)

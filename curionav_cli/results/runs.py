@@ -97,9 +97,9 @@ class Run:
         return [self.folder.episode_path(index) for index in range(len(self.readable.ends) - 1)]
 
     @property
-    def foresights(self) -> dict[int, Path]:
+    def predictions(self) -> dict[int, Path]:
         """What the agent expected of these episodes, by episode; none where it predicts nothing."""
-        return {index: path for index, path in self.folder.foresight_paths().items() if index < len(self.episodes)}
+        return {index: path for index, path in self.folder.prediction_paths().items() if index < len(self.episodes)}
 
     def poses(self) -> list[np.ndarray]:
         """(T+1, 3) of each of these episodes."""

@@ -31,7 +31,7 @@ import yaml
 
 from curionav_cli.errors import RunFolderError, SoundnessWarning
 from curionav_cli.files import read_arrays, read_json, sealed, write_whole
-from curionav_cli.records import Episode, FloorPlan, Foresight
+from curionav_cli.records import Episode, FloorPlan, Prediction
 
 LOADER = getattr(yaml, "CSafeLoader", yaml.SafeLoader)  # ten times as fast, where libyaml is
 
@@ -182,14 +182,14 @@ class RunFolder:
     def save_episode(self, index: int, episode: Episode) -> None:
         episode.save(self.episode_path(index))
 
-    def foresight_paths(self) -> dict[int, Path]:
+    def prediction_paths(self) -> dict[int, Path]:
         """Predictions by episode, in order; none where the agent predicts nothing."""
         return {int(path.stem): path for path in sorted((self.path / "predictions").glob(f"{'[0-9]' * 6}.npz"))}
 
-    def save_foresight(self, index: int, foresight: Foresight) -> None:
+    def save_prediction(self, index: int, prediction: Prediction) -> None:
         folder = self.path / "predictions"
         folder.mkdir(exist_ok=True)
-        foresight.save(folder / f"{index:06d}.npz")
+        prediction.save(folder / f"{index:06d}.npz")
 
     def poses(self) -> Iterator[np.ndarray]:
         """(T+1, 3) of every episode, without reading its images."""
@@ -237,7 +237,7 @@ class RunFolder:
         """Forget what came after the first `episodes` episodes. Raises RunFolderError if one is missing."""
         self.refuse_gaps(episodes)
         paths, rows = self.episode_paths(), self.metrics()
-        later = [path for index, path in self.foresight_paths().items() if index >= episodes]
+        later = [path for index, path in self.prediction_paths().items() if index >= episodes]
         for path in paths[episodes:] + later:
             path.unlink()
         self.write_metrics(rows[:episodes])

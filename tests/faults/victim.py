@@ -32,7 +32,7 @@ PHASES: dict[str, list[tuple[Any, str]]] = {
     "beginning": [(RunFolder, "create")],
     "acting": [(life, "run_episode")],
     "training": [(LBSDreamer, "learn"), (LBSDreamer, "predict")],
-    "saving": [(Recorder, "keep"), (RunFolder, "save_episode"), (RunFolder, "save_foresight")],
+    "saving": [(Recorder, "keep"), (RunFolder, "save_episode"), (RunFolder, "save_prediction")],
     "drawing": [(exploration, "draw")],
     "writing": [(explore, "work")],
 }

@@ -22,7 +22,7 @@ def draw(run: Run, folder: Path) -> list[str]:
     errors = stored_predictions.errors(run)
     if errors is None:
         return []
-    last = max(run.foresights)
+    last = max(run.predictions)
     held_out = f"{run.label}: episodes that were not learned from yet"
     figures = {"predictions": prediction_plots.pictures(prediction_plots.chosen(stored_predictions.strips(run)),
                                                         held_out),
@@ -35,7 +35,7 @@ def draw(run: Run, folder: Path) -> list[str]:
 
 def draw_beside(runs: Sequence[Run], out: Path) -> list[Path]:
     """A window of each environment in one figure, as in the paper: none where fewer than two have predictions."""
-    first = {run.env: run for run in reversed(runs) if run.foresights}
+    first = {run.env: run for run in reversed(runs) if run.predictions}
     names = [env for env in dict.fromkeys(run.env for run in runs) if env in first]
     strips = [prediction_plots.chosen(stored_predictions.strips(first[env]))[0] for env in names]
     if len({strip.step.tobytes() for strip in strips}) != 1 or len(names) < 2:
