@@ -7,8 +7,8 @@ from importlib.util import find_spec
 from pathlib import Path
 
 import pytest
+from remote.pair import Pair
 from servers import Place, a_place
-from storage.remote.pair import Pair
 
 collect_ignore_glob = [] if find_spec("obstore") else ["test_*.py"]
 FULL = pytest.mark.slow

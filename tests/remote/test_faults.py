@@ -9,8 +9,8 @@ from pathlib import Path
 
 import pytest
 from bad_server import BadServer, Fault
+from remote.pair import Pair
 from servers import Place, a_place, free_port
-from storage.remote.pair import Pair
 
 from curionav_cli.errors import Unreachable
 from curionav_cli.remote.object_store import ObjectStore, TooLarge

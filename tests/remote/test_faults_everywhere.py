@@ -9,9 +9,9 @@ from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
+from remote.pair import Pair
+from remote.storm import KINDS, Storm
 from servers import KEYS, Place, free_port, process, s3_words
-from storage.remote.pair import Pair
-from storage.remote.storm import KINDS, Storm
 
 from curionav_cli.errors import RunFailed
 from curionav_cli.remote import outbox

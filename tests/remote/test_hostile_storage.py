@@ -13,8 +13,8 @@ import zlib
 
 import numpy as np
 import pytest
+from remote.pair import STEPS, Pair
 from servers import Place
-from storage.remote.pair import STEPS, Pair
 
 from curionav_cli.errors import Unreachable
 from curionav_cli.remote.protocol import LATEST, Marker, sealed, sha256, written

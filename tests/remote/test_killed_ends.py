@@ -8,7 +8,7 @@ import shutil
 from collections.abc import Callable
 
 import pytest
-from storage.remote.pair import Pair
+from remote.pair import Pair
 
 from curionav_cli.errors import RunFailed, RunFolderError
 from curionav_cli.remote import outbox

@@ -5,8 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
+from remote.pair import Pair
 from servers import Place
-from storage.remote.pair import Pair
 
 from curionav_cli.errors import ConfigError, Unreachable
 from curionav_cli.remote.credentials import emptied, s3_options

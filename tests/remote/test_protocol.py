@@ -6,7 +6,7 @@ import re
 from types import SimpleNamespace
 
 import pytest
-from storage.remote.pair import Pair
+from remote.pair import Pair
 
 from curionav_cli.errors import RunFailed, Unreachable
 from curionav_cli.remote import outbox
