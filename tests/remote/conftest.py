@@ -1,4 +1,4 @@
-"""Each kind of storage; and a robot and a server that need no torch and no time."""
+"""Each kind of storage; and a robot and a server that need no torch and no waiting."""
 
 from __future__ import annotations
 
@@ -15,14 +15,16 @@ FULL = pytest.mark.slow
 
 
 @pytest.fixture(params=["folder", "bad", pytest.param("rclone", marks=FULL), pytest.param("moto", marks=FULL)])
-def place(request: pytest.FixtureRequest, tmp_path: Path, nobody: None, monkeypatch: pytest.MonkeyPatch) -> Place:
+def place(request: pytest.FixtureRequest, no_credentials: None, tmp_path: Path,
+          monkeypatch: pytest.MonkeyPatch) -> Place:
     """Each kind of storage, empty; the environment says how to reach it."""
     return a_place(request.param, request, tmp_path, monkeypatch)
 
 
 @pytest.fixture(params=["rclone", "moto"])
-def real(request: pytest.FixtureRequest, tmp_path: Path, nobody: None, monkeypatch: pytest.MonkeyPatch) -> Place:
-    """The two servers that others wrote, for the few tests that run on them each time."""
+def real(request: pytest.FixtureRequest, no_credentials: None, tmp_path: Path,
+         monkeypatch: pytest.MonkeyPatch) -> Place:
+    """The two S3 servers of others, for the few tests that run on them each time."""
     return a_place(request.param, request, tmp_path, monkeypatch)
 
 
