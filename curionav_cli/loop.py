@@ -139,13 +139,13 @@ class LocalLearner(NoLearning):
     def __call__(self, index: int, episode: Episode) -> dict[str, float]:
         self.store(index, episode)
         if not self.agent.learns:
-            return {}
+            return self.agent.report()
         prediction = self.agent.predict(index, episode)
         if prediction:
             self.watch.predicted(index, prediction)
         self.replay.add(episode)
         metrics = self.agent.learn(self.replay, self.iterations, self.watch.learned)
-        return {**metrics, **(prediction.metrics() if prediction else {})}
+        return {**self.agent.report(), **metrics, **(prediction.metrics() if prediction else {})}
 
 
 class RemoteLearner:
