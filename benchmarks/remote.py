@@ -182,7 +182,7 @@ class Ends:
             checkpoint.save(folder / "checkpoint", position + 1, {}, server.save)
 
         self.server = TrainingServer(inbox, WeightPublisher(far, ledger, MARK, print), learned, server.export_weights,
-                                      0, chosen.remote, timing, print)
+                                     0, chosen.remote, timing, print)
 
     def sleep(self, seconds: float) -> None:
         """The robot waits, and the server works."""

@@ -169,6 +169,11 @@ def folder_for(path: str | Path) -> Path:
     return path
 
 
+def write_bytes(path: Path, raw: bytes) -> None:
+    """Write bytes as `write_whole` does."""
+    write_whole(path, lambda file: file.write(raw))
+
+
 def write_whole(path: Path, body: Callable[[IO[bytes]], object]) -> None:
     """Write beside, flush, rename: after a crash the file is the old one or the new one. Raises OSError."""
     beside = path.with_name(f".{path.name}.part")

@@ -15,7 +15,7 @@ import numpy as np
 
 from curionav_cli.constants import IMAGE_SHAPE
 from curionav_cli.errors import EpisodeRefused, RunFolderError
-from curionav_cli.files import opened, write_whole
+from curionav_cli.files import opened, write_bytes
 from curionav_cli.records import Episode, held
 from curionav_cli.remote.ledger import Ledger
 from curionav_cli.remote.object_store import ObjectStore
@@ -128,7 +128,7 @@ class Inbox:
         """Keep an archive that is not verified yet; its path."""
         self.folder.mkdir(exist_ok=True)
         path = self.folder / f"{name}.npz"
-        write_whole(path, lambda file: file.write(raw))
+        write_bytes(path, raw)
         return path
 
     def refuse(self, name: str, reason: str) -> None:

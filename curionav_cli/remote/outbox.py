@@ -15,7 +15,7 @@ import uuid
 from pathlib import Path
 
 from curionav_cli.errors import RunFolderError
-from curionav_cli.files import write_whole
+from curionav_cli.files import write_bytes
 from curionav_cli.records import Episode
 from curionav_cli.remote.protocol import Marker, parsed, sha256, written
 from curionav_cli.storage.checkpoint import flush
@@ -43,7 +43,7 @@ class Outbox:
                         time.monotonic(), time.time())
         if not (self.sent / f"{marker.name}.json").exists():
             link(path, self.data(marker))
-            write_whole(self.folder / f"{marker.name}.json", lambda file: file.write(written(marker)))
+            write_bytes(self.folder / f"{marker.name}.json", written(marker))
             flush(self.folder)
         return marker
 

@@ -9,7 +9,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from curionav_cli.errors import WeightsRefused
-from curionav_cli.files import write_whole
+from curionav_cli.files import write_bytes
 from curionav_cli.remote.protocol import Pointer, parsed, sha256, written
 
 KEPT = 2
@@ -24,8 +24,8 @@ class WeightCache:
 
     def keep(self, pointer: Pointer, raw: bytes) -> None:
         """Write weights and their pointer, and remove older ones."""
-        write_whole(self.folder / f"{pointer.name}.safetensors", lambda file: file.write(raw))
-        write_whole(self.folder / f"{pointer.name}.json", lambda file: file.write(written(pointer)))
+        write_bytes(self.folder / f"{pointer.name}.safetensors", raw)
+        write_bytes(self.folder / f"{pointer.name}.json", written(pointer))
         for old in self.notes()[:-KEPT]:
             old.unlink()
             old.with_suffix(".safetensors").unlink(missing_ok=True)

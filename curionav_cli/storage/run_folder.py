@@ -27,7 +27,7 @@ import numpy as np
 import yaml
 
 from curionav_cli.errors import RunFolderError, SoundnessWarning
-from curionav_cli.files import CRC32, read_arrays, read_json, write_whole
+from curionav_cli.files import CRC32, read_arrays, read_json, write_bytes
 from curionav_cli.records import Episode, FloorPlan, Prediction
 from curionav_cli.safe_yaml import LOADER
 from curionav_cli.storage.run_lock import already_in_use, is_locked, locked
@@ -100,7 +100,7 @@ class RunFolder:
 
     def write(self, name: str, text: str) -> None:
         """Write a text file of the run, whole or not at all."""
-        write_whole(self.path / name, lambda file: file.write(text.encode()))
+        write_bytes(self.path / name, text.encode())
 
     @property
     def settings(self) -> dict[str, Any]:
