@@ -95,7 +95,7 @@ def test_a_training_leaves_what_a_life_leaves_but_for_the_life(cli: Cli, lived: 
     assert "iteration 6/7" in answer.out and "curionav resume trained loop.iterations=" in answer.out
     assert not (run / "episodes").exists()
     told = cli("coverage", "trained")
-    assert told.code == 2 and "nobody lived in it" in told.error and len(told.error.splitlines()) == 1
+    assert told.code == 2 and "offline training runs no episodes" in told.error and len(told.error.splitlines()) == 1
 
 
 def test_its_checkpoint_is_that_of_a_life(cli: Cli, lived: Path) -> None:
@@ -227,7 +227,7 @@ def harmed(folder: Path, lived: Path, harm: str) -> None:
     ("", ("data=LIVED", "loop.iterations=0"), "loop.iterations=0 trains nothing"),
     ("", ("data=LIVED", "agent.sequence_length=14"), "agent.sequence_length=14 does not fit into the longest episode"),
     ("", ("data=LIVED", "agent.action_repeat=2", "agent.sequence_length=4"),
-     "was lived by one who did not hold its actions for 2 steps, as agent.action_repeat=2 needs it"),
+     "was recorded without agent.action_repeat=2: its actions are not held for 2 steps"),
     ("", ("data=LIVED", "env=large_lab"), "was lived in small_room, not in large_lab. Add env=small_room"),
 ])
 def test_what_cannot_be_trained_from_is_told_in_one_line(
