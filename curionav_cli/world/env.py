@@ -124,9 +124,9 @@ class NavigationEnv(gymnasium.Env[Any, Any]):
         return {"image": image.copy(), "depth": depth.copy()}
 
     def _info(self, collided: bool) -> dict[str, Any]:
-        return told((self._x, self._y, motion.YAW[self._heading]), collided, self.place.episode)
+        return step_info((self._x, self._y, motion.YAW[self._heading]), collided, self.place.episode)
 
 
-def told(pose: Sequence[float], collided: bool, episode: int) -> dict[str, Any]:
-    """An info as every trainer can batch it: arrays and numpy numbers only."""
+def step_info(pose: Sequence[float], collided: bool, episode: int) -> dict[str, Any]:
+    """The info of a step as arrays and numpy numbers, which can be batched: pose (3,), collided (), episode_index."""
     return {"pose": np.array(pose), "collided": np.array(collided, bool), "episode_index": np.int64(episode)}
