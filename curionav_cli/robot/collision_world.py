@@ -11,7 +11,7 @@ import math
 import numpy as np
 
 from curionav_cli.geometry import ray_ranges, rectangle_distance
-from curionav_cli.world.scene.rectangle_cover import mesh
+from curionav_cli.world.scene.rectangle_cover import cover
 from curionav_cli.world.scene.scene import Scene
 
 MARGIN = 1e-3  # metres; a body that meets something stops this much before it
@@ -26,7 +26,7 @@ class CollisionWorld:
 
     def __init__(self, scene: Scene, station: Rectangle | None = None):
         solid = scene.boxes.solid(scene.agent_height)
-        outside = mesh(~scene.plan.floor, longest=40) * scene.plan.cell
+        outside = cover(~scene.plan.floor, longest=40) * scene.plan.cell
         self.low = np.concatenate([scene.boxes.low[solid, :2], outside[:, 1::-1]])
         self.high = np.concatenate([scene.boxes.high[solid, :2], outside[:, :1:-1]])
         if station:

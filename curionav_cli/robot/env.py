@@ -50,7 +50,7 @@ class RobotEnv(gymnasium.Wrapper):
         """reset(seed) starts a run at the dock, or continues the one of `load`; reset() returns to the dock and starts
         the next episode."""
         seed = seed_of(seed)
-        begins = seed is not None or self.env.place.episode < 0
+        begins = seed is not None or self.env.counter.episode < 0
         if begins:
             self._start_run(seed or 0)
         dock = self._return_to_dock() if self._restored or not begins else None
@@ -61,11 +61,11 @@ class RobotEnv(gymnasium.Wrapper):
         self.localiser.leave_dock(self.env.scene.plan.start)
         self.body.battery.charge()
         self.map = Occupancy()
-        self.env.reward.begin(self.env.now.plan, *self.body.pose[:2])
+        self.env.reward.reset(self.env.now.plan, *self.body.pose[:2])
         return self._observe(), {**self._info(False), "dock": dock}
 
     def step(self, action: int) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
-        self.env.place.require()
+        self.env.counter.require()
         if action not in ACTIONS:
             raise ValueError(f"action {action!r} is none of 0 forward, 1 left, 2 right")
         seconds = self.profile.step
@@ -79,7 +79,7 @@ class RobotEnv(gymnasium.Wrapper):
         scan = self.body.scan()
         self.localiser.update(reading, scan)
         self.map.integrate_scan(self.localiser.pose, scan)
-        earned = self.env.reward.land(*self.body.pose[:2])
+        earned = self.env.reward.step(*self.body.pose[:2])
         return self._observe(), earned, False, self.body.battery.low, self._info(collided)
 
     def save(self, folder: Path) -> None:
