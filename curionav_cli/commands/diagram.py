@@ -1,4 +1,4 @@
-"""The docking diagram, from homecomings that are lived for it: what the server's feedback passes through."""
+"""The docking diagram: runs returns to dock and counts the changes of phase in the server's feedback."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from curionav_cli.robot.docking.action import NOT_IN_NAV2, Code, Feedback, Goal,
 from curionav_cli.robot.docking.recoveries import attempts
 from curionav_cli.robot.docking.server import DockingServer
 
-REQUESTS, STEPS = 30, 100  # homecomings in each room, actions before each
+REQUESTS, STEPS = 30, 100  # returns to dock in each room, actions before each
 NAME = "docking_diagram.png"
 
 
@@ -44,7 +44,7 @@ class Watched:
 
 
 def watched(settings: Config, requests: int) -> Moves:
-    """How often one phase followed another in so many homecomings."""
+    """How often one phase followed another in so many returns to dock."""
     world, moves = build.scene(settings), Moves()
     env = build.robot_env(settings, world, False, lambda server: Watched(server, moves))
     agent = build.agent(settings, world)
@@ -59,7 +59,7 @@ def draw(rooms: Sequence[Config], folder: Path, requests: int = REQUESTS) -> str
     names = dict.fromkeys(name for name, _ in attempts(rooms[0].robot.docking))
     recoveries = [name for name in names if name != "staging"]
     where = " and ".join(room.env.name for room in rooms)
-    title = f"Auto docking: {requests * len(rooms)} homecomings in {where}, {STEPS} actions after each start"
+    title = f"Auto docking: {requests * len(rooms)} returns to dock in {where}, {STEPS} actions after each start"
     final = [code.name for code in Code if code.number == NOT_IN_NAV2]
     plots.save(docking_diagram.diagram(moves, recoveries, final, title), folder / NAME)
     return NAME

@@ -1,4 +1,4 @@
-"""The paper's docking diagram: client, server, its phases and recoveries, and how often homecomings went each way.
+"""The paper's docking diagram: client, server, its phases and recoveries, and how often returns to dock went each way.
 
 Boxes are the phases of the docking server, arrows the changes of phase in its feedback, with their counts.
 """

@@ -22,7 +22,7 @@ X0, Y0, YAW0 = range(STATES, 9)  # the cloned pose
 
 
 class Ekf:
-    """mean (6,), or (9,) with a cloned pose; covariance square. rejected: updates in a row that the gate rejected."""
+    """The state estimate: mean (6,), or (9,) with a cloned pose, and covariance. rejected: rejections in a row."""
 
     def __init__(self, mean: np.ndarray, covariance: np.ndarray):
         self.mean, self.covariance = np.array(mean, np.float64), np.array(covariance, np.float64)

@@ -11,7 +11,7 @@ from curionav_cli.robot.measurements import Reading, Scan, Signals
 
 
 class Battery(Protocol):
-    """left, capacity: seconds of driving."""
+    """A battery. left, capacity: seconds of driving."""
 
     left: float
     capacity: float

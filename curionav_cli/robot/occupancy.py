@@ -20,8 +20,11 @@ BLOCK = 40  # cells; the map grows by so many at once
 
 
 class Occupancy:
-    """odds: (rows, columns) float32 log-odds, 0 where unknown; cell: metres; reach: metres beyond which returns are
-    not used. Row 0, column 0 begins at `corner` (x, y) of the robot's own frame. SAVED: the names of its arrays."""
+    """The grid. odds: (rows, columns) float32 log-odds, 0 where unknown; cell: metres.
+
+    Row 0, column 0 begins at `corner` (x, y) of the robot's own frame. reach: metres beyond which returns are not used.
+    SAVED: the names of its arrays.
+    """
 
     SAVED = ("odds", "corner", "entered")
 

@@ -26,7 +26,7 @@ NEIGHBOURS = ((0, 1, 1.0), (1, 0, 1.0), (1, 1, 2.0 ** 0.5), (1, -1, 2.0 ** 0.5))
 
 @dataclass(frozen=True)
 class Plan:
-    """cost: (rows, columns) cost to go, metres weighted by the cells' prices, inf where there is no path.
+    """A plan. cost: (rows, columns) cost to go, metres weighted by the cells' prices, inf where there is no path.
 
     goal (x, y): the goal, or the nearest open cell where that is closed.
     """

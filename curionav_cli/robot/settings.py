@@ -70,8 +70,11 @@ class Odometry:
 
 @dataclass(frozen=True)
 class Gyro:
-    """scale: sd of the error of scale, drawn for each episode. noise: sd, degrees / sqrt(s). bias: sd of what is left
-    of it after resting on the dock, degrees / s. walk: how fast it wanders from there, degrees / s / sqrt(s)."""
+    """A gyro. scale: sd of the error of scale, drawn for each episode. noise: sd, degrees / sqrt(s).
+
+    bias: sd of the bias that is left after resting on the dock, degrees / s. walk: sd of its random walk from there,
+    degrees / s / sqrt(s).
+    """
 
     scale: float
     noise: float
@@ -122,7 +125,7 @@ class ScanToMap:
 
 @dataclass(frozen=True)
 class Filter:
-    """dock_position (m), dock_yaw (degrees): sd of the true start of an episode, and of the filter's prior there.
+    """The filter. dock_position (m), dock_yaw (degrees): sd of the true start of an episode, and of its prior there.
 
     gate: the share of good measurements that the filter accepts. patience: rejections in a row after which the
     localiser is lost; lost_position (m), lost_yaw (degrees): sd that is added to the pose then.

@@ -25,7 +25,7 @@ FRONT = math.radians(25.0)  # half of the bumper's middle third
 
 
 class SimulatedRobot:
-    """pose: the true one. velocity: (m/s, rad/s) of the last command. silent: names of sensors that give nothing."""
+    """The true robot. pose: true; velocity: (m/s, rad/s) of the last command; silent: sensors that give nothing."""
 
     def __init__(self, profile: Turtlebot, generator: np.random.Generator, station: Rectangle | None = None):
         self.profile, self.battery = profile, Battery(profile.battery)

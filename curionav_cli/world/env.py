@@ -33,7 +33,7 @@ def observations() -> spaces.Dict:
 
 
 class NavigationEnv(gymnasium.Env[Any, Any]):
-    """Navigation in one scene. Actions: 0 forward 0.25 m, 1 left 10 degrees, 2 right 10 degrees. No step ends it.
+    """Navigation in one scene; a step never ends the episode. Actions: 0 forward 0.25 m, 1 left 10, 2 right 10 degrees.
 
     Observation: image (64, 64, 3) uint8 RGB, depth (64, 64) float32 metres along the optical axis, at most 10.
     Info, of one structure in every step: pose (3,) float64 x y yaw, collided () bool, episode_index int64. What changed

@@ -30,7 +30,7 @@ class ActionServer(Protocol):
 
 
 class DockingClient:
-    """patience: seconds without feedback; period: seconds between two polls; pause(seconds) waits in real time."""
+    """The client. patience: seconds without feedback; period: seconds between polls; pause(seconds): waits."""
 
     def __init__(self, server: ActionServer, base: Base, patience: float, period: float = 0.1,
                  pause: Callable[[float], object] = lambda seconds: None):

@@ -39,7 +39,7 @@ NEEDED = ("wheel", "gyro", "lidar", "depth", "infrared", "bumper")
 
 
 class DockingServer:
-    """state; code: how the last goal ended, None before; attempts, recoveries, seconds: of the present goal."""
+    """The server. code: how the last goal ended, None before; attempts, recoveries, seconds: of the present goal."""
 
     def __init__(self, base: Base, localiser: Localiser, navigator: Navigator, settings: Settings):
         self.base, self.localiser, self.navigator, self.settings = base, localiser, navigator, settings

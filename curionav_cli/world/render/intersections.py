@@ -21,7 +21,7 @@ LOW_HALF = np.uint64(0xFFFFFFFF)
 
 
 class Rays(NamedTuple):
-    """(B, 2, C) each, along x and along y. Rays are scaled to one metre of depth."""
+    """Rays of B frames, (B, 2, C) each: along x and along y. Rays are scaled to one metre of depth."""
 
     run: np.ndarray  # float32
     rate: np.ndarray  # float32: 1 / run
@@ -29,7 +29,7 @@ class Rays(NamedTuple):
 
 
 class Pairs(NamedTuple):
-    """N + P pairs, the open ones in layers: each column's first, each column's second, and so on.
+    """N + P pairs of a column and a box, the open ones in layers: each column's first, each column's second, and so on.
 
     A layer begins with the columns that have the most, so the next one is about the first so many of them.
     """

@@ -154,7 +154,7 @@ class NumpyEngine:
 
 
 def lit(texel: np.ndarray, light: np.ndarray) -> np.ndarray:
-    """Multiply packed colours uint32 by light / 256, in place where possible."""
+    """Packed colours uint32 times light / 256. Overwrites texel."""
     red_blue = texel & RED_BLUE
     red_blue *= light
     red_blue >>= 8

@@ -31,7 +31,7 @@ LEVEL_OFFSET = np.cumsum([0] + [(SIZE >> level) * SIZE for level in range(LEVELS
 
 @dataclass(frozen=True)
 class Sheet:
-    """A picture of the whole floor or ceiling: where each mip level starts, its rows, its texels a metre.
+    """An image of the floor or ceiling: where each mip level starts, its rows, its texels per metre.
 
     Columns run along y: the texel (row, column) of a level is base + column * stride + row.
     """
@@ -43,7 +43,7 @@ class Sheet:
 
 @dataclass(frozen=True)
 class Atlas:
-    """texels (n,) uint32; base (materials,): where each material of the scene's boxes starts."""
+    """The atlas. texels (n,) uint32; base (materials,): where each material of the scene's boxes starts."""
 
     texels: np.ndarray
     base: np.ndarray

@@ -16,7 +16,7 @@ BLOCK = 2**16  # pixels in one pass, as numpy takes eight bytes for each
 
 @dataclass(frozen=True)
 class Picture:
-    """grey (rows, columns) uint8, 0 black, 255 white, row 0 on top.
+    """A map image. grey (rows, columns) uint8, 0 black, 255 white, row 0 on top.
 
     clear: (rows, columns) bool, transparent pixels; None where the file has no alpha.
     """

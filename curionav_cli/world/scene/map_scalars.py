@@ -40,7 +40,7 @@ def as_int(text: str) -> int:
 
 
 def as_bool(text: str) -> bool:
-    """Read a truth value: y, yes, true, on and n, no, false, off; in three cases. Raises ValueError."""
+    """Read a truth value: y, yes, true, on, n, no, false, off, also capitalised or in capitals. Raises ValueError."""
     if text not in _BOOLS:
         raise ValueError(f"{text!r} is neither true nor false")
     return _BOOLS[text]

@@ -38,7 +38,7 @@ COARSER = (0.1, 0.2, 0.5, 1.0, 2.0)  # metres; what is proposed instead
 
 @dataclass(frozen=True)
 class RosMap:
-    """cells (rows, columns) int8: FREE, OCCUPIED, UNKNOWN or 1..99; row 0 is the lowest.
+    """An occupancy grid. cells (rows, columns) int8: FREE, OCCUPIED, UNKNOWN or 1..99; row 0 is the lowest.
 
     origin: of the lower-left corner; corner: where in the image that is, metres from the image's own.
     """

@@ -47,7 +47,7 @@ class Lists:
 
 
 def env_dir() -> Path:
-    """conf/env inside the package (installed from a wheel), or beside it (a checkout)."""
+    """The folder conf/env: inside the package (installed from a wheel), or beside it (a checkout)."""
     package = Path(__file__).resolve().parents[2]
     inside = package / "conf" / "env"
     return inside if inside.is_dir() else package.parent / "conf" / "env"

@@ -31,7 +31,7 @@ class Room:
 
 @dataclass(frozen=True)
 class Wall:
-    """line [x0, y0, x1, y1] along x or y; gaps [[at, width, height]], windows [[at, width, sill, top]].
+    """An inner wall: line [x0, y0, x1, y1] along x or y; gaps [[at, width, height]], windows [[at, width, sill, top]].
 
     `at` is measured along the line from its first point. Without a material each side takes that of
     the room it faces. Without a height it reaches the ceiling.

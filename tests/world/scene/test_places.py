@@ -101,8 +101,8 @@ def all_places(scene: Scene) -> dict[str, list[tuple[np.ndarray, np.ndarray]]]:
     found: dict[str, list[tuple[np.ndarray, np.ndarray]]] = {}
     for number, (item, move) in enumerate(zip(scene.items, scene.moves, strict=True)):
         own = scene.boxes.item == number
-        for place in (item.home, *move.to):
-            shift = np.array([place[0] - item.home[0], place[1] - item.home[1], 0.0])
+        for place in (item.first, *move.to):
+            shift = np.array([place[0] - item.first[0], place[1] - item.first[1], 0.0])
             found.setdefault(item.name, []).append((scene.boxes.low[own] + shift, scene.boxes.high[own] + shift))
     return found
 
@@ -148,7 +148,7 @@ def test_a_life_in_the_lab_changes_with_its_seed_and_is_recorded(places: dict[st
 
 def test_every_move_begins_where_the_last_one_ended(places: dict[str, Scene]) -> None:
     scene = places["large_lab"]
-    at = {item.name: list(item.home) for item in scene.items}
+    at = {item.name: list(item.first) for item in scene.items}
     for episode in range(1, 14):
         for event in scene.at(episode, 5)[1]:
             if event["what"] == "move":
