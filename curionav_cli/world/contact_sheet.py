@@ -1,6 +1,6 @@
-"""A picture of a scene for people: the plan from above beside views and depths from within.
+"""Overview images of a scene: the plan from above beside first-person views and their depth.
 
-Looking at a scene is another object than the scene: nothing here is needed to live in it.
+No environment needs this module.
 """
 
 from __future__ import annotations
@@ -21,10 +21,10 @@ from curionav_cli.world.render.texture_atlas import floor_picture
 from curionav_cli.world.scene.scene import Scene
 
 ROWS, COLUMNS, SCALE, GAP = 4, 6, 2, 6
-JPEG_QUALITY = 82  # where the path ends in .jpg: a fifth of the bytes of a PNG
-DOOR, AIR = 1.8, 0.25  # metres: walls that begin higher are lintels; air around a place to look from
+JPEG_QUALITY = 82  # for paths that end in .jpg: a fifth of the bytes of a PNG
+DOOR, AIR = 1.8, 0.25  # metres: walls that begin higher are lintels; free space around a viewpoint
 PAPER, INK, SHADE = (250, 249, 246), (40, 42, 46), (214, 60, 48)
-MIST = (180, 194, 211)  # what a map says nothing about
+MIST = (180, 194, 211)  # unknown cells of a map
 
 
 def contact_sheet(scene: Scene, path: Path | str) -> None:
@@ -45,7 +45,7 @@ def contact_sheet(scene: Scene, path: Path | str) -> None:
 
 
 def plans(scenes: Sequence[Scene], path: Path | str, height: int = 420) -> None:
-    """Write a PNG or JPG: top views beside one another, the name and size of each below it."""
+    """Write a PNG or JPG: top views of several scenes in a row, name and area below each. height: pixels of a view."""
     columns = []
     for scene in scenes:
         view = top_view(scene, height)
@@ -63,7 +63,7 @@ def _write(path: Path | str, image: np.ndarray) -> None:
 
 
 def top_view(scene: Scene, height: int, views: tuple[np.ndarray, ...] = ()) -> np.ndarray:
-    """(height, any, 3) uint8: the floor, the boxes by height, where the camera stood."""
+    """A scene from above, (height, any, 3) uint8: floor, boxes by height, `views` (x, y, heading) as arrows."""
     image, texel, low = _crop(scene, _from_above(scene))
     scale = min(height / image.shape[0], 3.0 * height / image.shape[1])
     width = max(1, round(image.shape[1] * scale))
@@ -122,7 +122,7 @@ def _crop(scene: Scene, drawn: tuple[np.ndarray, float]) -> tuple[np.ndarray, fl
 
 
 def _spots(scene: Scene, renderer: Renderer, count: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Poses spread over the visitable cells, each looking where there is much to be seen."""
+    """Poses (x, y, heading), (count,) each, spread over the visitable cells, facing much depth and contrast."""
     plan = scene.plan
     rows, columns = np.nonzero(_roomy(plan))
     x, y = (columns + 0.5) * plan.cell, (rows + 0.5) * plan.cell
@@ -139,7 +139,7 @@ def _spots(scene: Scene, renderer: Renderer, count: int) -> tuple[np.ndarray, np
 
 
 def _roomy(plan: FloorPlan) -> np.ndarray:
-    """The visitable cells with some air around them; all of them in a scene without such."""
+    """The visitable cells with free space around them; all of them in a scene without such."""
     away = ndimage.distance_transform_edt(np.pad(plan.visitable, 1))[1:-1, 1:-1] * plan.cell
     return (away > AIR) if (away > AIR).sum() > 50 else plan.visitable
 

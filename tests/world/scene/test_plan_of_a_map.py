@@ -42,7 +42,7 @@ def test_a_thick_pillar_has_no_hole_and_the_inside_of_a_ring_is_no_floor(tmp_pat
     assert not plan.floor[inside].any() and (plan.occupancy[inside] == 0).all()
 
 
-def test_unknown_space_is_told_from_walls_and_kept_in_the_runs_plan(tmp_path: Path) -> None:
+def test_unknown_space_differs_from_walls_and_is_kept_in_the_runs_plan(tmp_path: Path) -> None:
     pixels = np.full((80, 100), UNKNOWN)
     pixels[10:70, 10:90], pixels[12:68, 12:88] = WALL, FREE
     plan = opened(tmp_path, pixels, dock=[1.0, 1.0, 90]).plan
