@@ -49,7 +49,7 @@ from curionav_cli.storage.replay import Replay
 os.environ |= {"OMP_NUM_THREADS": "1", "OMP_WAIT_POLICY": "PASSIVE"}  # as the command line sets them, before torch
 MARK, BUCKET, LINK = fingerprint({"benchmark": 1}), "bucket", 20e6 / 8  # bytes a second
 EPISODES = 5
-LIFE = 300.0  # seconds of a robot's episode: the paper says approximately 5 minutes for 500 steps
+SPAN = 300.0  # seconds of a robot's episode: the paper says approximately 5 minutes for 500 steps
 NOBODY = SimpleNamespace(acted=lambda step: None, learned=lambda i: None, predicted=lambda index, foresight: None)
 
 
@@ -59,7 +59,7 @@ def settings(*words: str) -> Config:
         return as_settings(hydra.compose_config(MAIN, list(words), RunMode.RUN))
 
 
-def lived(chosen: Config, count: int) -> list[Episode]:
+def recorded(chosen: Config, count: int) -> list[Episode]:
     """Episodes of an agent that has learned nothing yet."""
     world = build.scene(chosen)
     env, agent = build.env(chosen, world), build.agent(chosen, world)
@@ -75,7 +75,7 @@ def sizes(folder: Path) -> None:
     print("| environment | raw | as uploaded (deflate 1) | deflate 9 | uploaded / raw |\n|---|---|---|---|---|")
     for env in ("small_room", "apartment_0", "large_lab"):
         rows = []
-        for index, episode in enumerate(lived(settings(f"env={env}", "agent=sticky"), EPISODES)):
+        for index, episode in enumerate(recorded(settings(f"env={env}", "agent=sticky"), EPISODES)):
             path = folder / f"{index}.npz"
             episode.save(path)
             arrays = [episode.image, episode.action, episode.pose, episode.collided]
@@ -120,7 +120,7 @@ def listens(port: int) -> bool:
 
 
 def link(port: int) -> int:
-    """The port of a link of 20 Mbit/s in each direction to `port`; it stays for the life of this process."""
+    """The port of a link of 20 Mbit/s in each direction to `port`; it stays until this process ends."""
     listener = socket.create_server(("127.0.0.1", 0))
 
     def pump(source: socket.socket, to: socket.socket) -> None:
@@ -166,7 +166,7 @@ class Ends:
         (folder / "episodes").mkdir(parents=True)
         outbox = Outbox(folder / "outbox", MARK, 200, 1.0)
         timing = Time(time.monotonic, self.sleep)
-        self.courier = RobotSync(near, outbox, WeightCache(folder / "weights"), robot.import_weights,
+        self.sync = RobotSync(near, outbox, WeightCache(folder / "weights"), robot.import_weights,
                                  len(robot.export_weights()),
                                  chosen.remote, timing, print, lambda seq: folder / "episodes" / f"{seq:06d}.npz")
         ledger = Ledger(folder / "ledger.sqlite")
@@ -193,18 +193,18 @@ class Ends:
 
     def docked(self, seq: int, episode: Episode) -> float:
         """Seconds from docking to weights that know the episode."""
-        episode.save(self.courier.episode_path(seq))
-        self.courier.collect(seq, episode)
+        episode.save(self.sync.episode_path(seq))
+        self.sync.collect(seq, episode)
         began = time.perf_counter()
-        self.courier.docked(seq + 1)
-        assert self.courier.knows == seq
+        self.sync.docked(seq + 1)
+        assert self.sync.knows == seq
         return time.perf_counter() - began
 
 
 def docking(folder: Path) -> None:
     """What lies between docking and new weights, beside the learning."""
     chosen = settings("loop.iterations=1")
-    episodes = lived(chosen, EPISODES)
+    episodes = recorded(chosen, EPISODES)
     print("| link | docking to new weights, without learning | an episode | weights |\n|---|---|---|---|")
     with rclone(folder / "s3") as port:
         for name, near in (("loopback", port), ("20 Mbit/s", link(port))):
@@ -213,7 +213,7 @@ def docking(folder: Path) -> None:
             whole = [ends.docked(seq, episode) for seq, episode in enumerate(episodes)]
             rest = [seconds - learning for seconds, learning in zip(whole, ends.learning, strict=True)]
             uploaded = statistics.median(path.stat().st_size for path in (place / "episodes").iterdir())
-            print(f"| {name} | {spread(rest)} s | {uploaded / 1e6:.2f} MB | {ends.courier.size / 1e6:.2f} MB |")
+            print(f"| {name} | {spread(rest)} s | {uploaded / 1e6:.2f} MB | {ends.sync.size / 1e6:.2f} MB |")
 
 
 def robots(folder: Path) -> None:
@@ -221,10 +221,10 @@ def robots(folder: Path) -> None:
     chosen = settings()
     with rclone(folder / "s3") as port:
         ends = Ends(chosen, folder / "ends", store(port, "robots"), store(port, "robots"))
-        for seq, episode in enumerate(lived(chosen, 3)):
+        for seq, episode in enumerate(recorded(chosen, 3)):
             ends.docked(seq, episode)
     print(f"A server's round of one episode, K = {chosen.loop.iterations}: {spread(ends.rounds)} CPU-seconds. Of a "
-          f"robot's {LIFE:.0f} s of living, one core serves {int(LIFE // statistics.median(ends.rounds))} robots.")
+          f"robot's {SPAN:.0f} s an episode, one core serves {int(SPAN // statistics.median(ends.rounds))} robots.")
 
 
 def spread(seconds: list[float]) -> str:

@@ -14,6 +14,7 @@ from office import write_two_rooms
 
 from curionav_cli.commands import compare, coverage, doctor, init, listing, paper, resume, runs
 from curionav_cli.commands.arguments import one_of, sorted_out
+from curionav_cli.config import compose
 from curionav_cli.execution import launch
 from curionav_cli.storage.run_folder import RunFolder
 
@@ -24,7 +25,7 @@ PAGES = [ROOT / "README.md", *DOCS]
 TYPED = ("README.md", "docs/index.md", "docs/run-folder.md", "docs/maps.md")
 FENCE = re.compile(r"^```.*?^```$", re.MULTILINE | re.DOTALL)
 LINK = re.compile(r"\]\(([^)\s]+)\)")
-SETTINGS = "env: {name: small_room}\nagent: {name: random}\nseed: 0\nscale: cpu\n"
+SETTINGS = "env: {name: small_room}\nagent: {name: random}\nrobot: {name: ideal}\nseed: 0\nscale: cpu\n"
 
 
 def prose(page: Path) -> str:
@@ -83,6 +84,7 @@ def typed(cli: Cli, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, an_episode,
     run.save_episode(0, an_episode(steps=100))
     (tmp_path / "outputs" / "DATE" / "SWEEP").mkdir()
     monkeypatch.setattr(launch, "carried_out", lambda *_: 0)
+    monkeypatch.setattr(compose, "COMPOSED", 1)  # of a sweep each value once
     for name, module in {"coverage": coverage, "compare": compare, "runs": runs, "paper": paper}.items():
         monkeypatch.setattr(module, "run", lambda words, name=name, module=module: accepted(name, module, words))
     monkeypatch.setattr(resume, "run", lambda folder, changes, failed: resume.refuse_others("explore", changes) or 0)
