@@ -57,7 +57,8 @@ def longer(source: Path, folder: Path, episodes: int, agent: str, seed: int) -> 
     rows = RunFolder(source).metrics()
     RunFolder(folder).write_metrics([
         {**rows[episode % STORED], "episode": episode, "steps": (episode + 1) * STEPS,
-         **({"found": [], "visited": rows[-1]["visited"]} if episode >= STORED else {})} for episode in range(episodes)])
+         **({"found": [], "visited": rows[-1]["visited"]} if episode >= STORED else {})}
+        for episode in range(episodes)])
     write_json(folder / "status.json", {**read_json(source / "status.json"), "episode": episodes,
                                         "steps": episodes * STEPS})
     fixed = read_json(source / "fixed.json")
