@@ -119,3 +119,11 @@ def test_every_command_of_a_page_passes_the_pre_flight(typed: Cli, tmp_path: Pat
         made_up = [word.replace("URL", f"file://{tmp_path}/store").removesuffix("...") for word in words]
         answer = typed(*made_up)
         assert answer.code == 0, (words, answer.error)
+
+
+def test_the_page_of_the_papers_numbers_has_the_sentences_of_its_command() -> None:
+    page = (ROOT / "docs" / "paper-vs-ours.md").read_text(encoding="utf-8")
+    about = paper.page("COMMAND", [], []).splitlines()
+    assert [line for line in about if "COMMAND" not in line and line not in page.splitlines()] == []
+    assert [title for title in paper.TITLES.values() if title not in page] == []
+    assert paper.page("COMMAND", [], []).partition("COMMAND`")[2].splitlines()[0] in page
