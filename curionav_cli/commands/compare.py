@@ -4,13 +4,9 @@ from __future__ import annotations
 
 import re
 import shlex
-import signal
-from collections.abc import Iterator, Sequence
-from concurrent.futures import ProcessPoolExecutor
-from contextlib import contextmanager
 from dataclasses import dataclass
 from datetime import datetime
-from functools import cached_property, partial
+from functools import cached_property
 from pathlib import Path
 
 import numpy as np
@@ -18,7 +14,7 @@ import numpy as np
 from curionav_cli.commands import report_page
 from curionav_cli.commands.arguments import one_of, sorted_out
 from curionav_cli.commands.summary import print_columns, print_files, write_text
-from curionav_cli.errors import ConfigError, RunFolderError
+from curionav_cli.errors import ConfigError
 from curionav_cli.execution.screen import a_console
 from curionav_cli.files import file_name, folder_for
 from curionav_cli.results import plots
@@ -26,7 +22,7 @@ from curionav_cli.results.comparison import estimates
 from curionav_cli.results.comparison import plots as comparison_plots
 from curionav_cli.results.comparison.comparison import Comparison, compare
 from curionav_cli.results.comparison.html_report import Picture
-from curionav_cli.results.comparison.run_summaries import RunSummary, folders, read
+from curionav_cli.results.comparison.parallel import read_all, workers
 from curionav_cli.results.comparison.tables import (
     Table,
     arm_table,
@@ -43,7 +39,6 @@ from curionav_cli.results.tables import Row, comma_separated
 CHOICES: dict[str, tuple[str, ...]] = {
     "marking": tuple(RULES), "denominator": DENOMINATORS, "baseline": (), "at": (), "out": ()}
 THRESHOLDS = 101  # of a performance profile
-FEW = 8  # runs are read sooner than processes start
 
 
 def run(words: list[str]) -> int:
@@ -52,11 +47,11 @@ def run(words: list[str]) -> int:
     folder = folder_for(chosen.get("out") or datetime.now().strftime("outputs/%Y-%m-%d/%H-%M-%S-%f_compare"))
     way = chosen.get("marking", CHOICES["marking"][0]), chosen.get("denominator", DENOMINATORS[0])
     at = steps(chosen.get("at", ""))
-    lives, lost = gather(paths, *way)
-    if not lives:
+    runs, lost = read_all(paths, *way)
+    if not runs:
         raise ConfigError("\n".join([*lost, "There is no run to compare. Name folders of runs or sweeps, as in: "
                                      "curionav compare outputs/DATE/SWEEP"]))
-    comparison = compare(lives)
+    comparison = compare(runs)
     baseline = one_of("baseline", chosen["baseline"], list(comparison.arms)) if "baseline" in chosen else None
     best = {file_name(field.env): report_page.best_runs(field, way) for field in comparison.fields}
     notes = [*estimates.notes(comparison, baseline), *lost]
@@ -77,43 +72,6 @@ def steps(words: str) -> list[int]:
     if not re.fullmatch(r"(\d+(,\d+)*)?", words):
         raise ConfigError(f"at: {words!r} is not a list of steps, as in at=1000,5000")
     return [int(word) for word in words.split(",") if word]
-
-
-def gather(paths: Sequence[Path], rule: str, denominator: str) -> tuple[list[RunSummary], list[str]]:
-    """Every run in these folders once, and a line for each folder of which nothing can be shown."""
-    jobs: dict[Path, Path] = {}
-    lost = []
-    for path in paths:
-        try:
-            jobs |= {job.resolve(): job for job in folders(path)}
-        except RunFolderError as error:
-            lost.append(str(error))
-    one = partial(summary_of, rule=rule, denominator=denominator)
-    if len(jobs) <= FEW:
-        found = list(map(one, jobs.values()))
-    else:
-        with workers() as pool:
-            found = list(pool.map(one, jobs.values()))
-    return [life for life in found if isinstance(life, RunSummary)], lost + [line for line in found
-                                                                             if isinstance(line, str)]
-
-
-@contextmanager
-def workers(most: int | None = None) -> Iterator[ProcessPoolExecutor]:
-    """Processes that leave Ctrl-C to this one, which then waits for no more than what they have in hand."""
-    pool = ProcessPoolExecutor(most, initializer=signal.signal, initargs=(signal.SIGINT, signal.SIG_IGN))
-    try:
-        yield pool
-    finally:
-        pool.shutdown(cancel_futures=True)
-
-
-def summary_of(job: Path, rule: str, denominator: str) -> RunSummary | str:
-    """The run, or a line about why nothing of it can be shown."""
-    try:
-        return read(job, rule, denominator)
-    except RunFolderError as error:
-        return f"LEFT OUT: {error}"
 
 
 @dataclass(frozen=True)

@@ -16,6 +16,7 @@ from curionav_cli.robot.docking.recoveries import steps
 from curionav_cli.robot.docking.server import Docking
 
 REQUESTS, STEPS = 30, 100  # homecomings in each room, actions before each
+ROOMS = ("small_room", "large_lab")
 NAME = "docking_diagram.png"
 
 

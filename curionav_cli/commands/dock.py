@@ -13,10 +13,10 @@ from pathlib import Path
 from typing import Any
 
 from curionav_cli import build
-from curionav_cli.commands.settings_help import CHOSEN
 from curionav_cli.config.job import Outcome
 from curionav_cli.config.schema import Config
 from curionav_cli.config.search import noted
+from curionav_cli.config.sources import COMMAND_DEFAULTS
 from curionav_cli.errors import ConfigError
 from curionav_cli.execution.docking_trial import DockingTrial, draw
 from curionav_cli.execution.launch import Request, launch
@@ -29,7 +29,7 @@ from curionav_cli.storage.run_folder import RunFolder
 def run(request: Request) -> int:
     """The command: its exit code."""
     keys = {word.partition("=")[0] for word in request.overrides}
-    chosen = [word for word in CHOSEN["dock"] if word.partition("=")[0] not in keys]
+    chosen = [word for word in COMMAND_DEFAULTS["dock"] if word.partition("=")[0] not in keys]
     return launch(replace(request, overrides=[*chosen, *request.overrides]), work, summary, check,
                   "share of requests that end docked")
 

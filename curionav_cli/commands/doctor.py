@@ -14,16 +14,12 @@ from contextlib import redirect_stdout
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
-from curionav_cli.commands.listing import table
-from curionav_cli.config.compose import compose
-from curionav_cli.config.override_errors import OverrideErrors
+from curionav_cli.config.compose import composed
 from curionav_cli.config.plugins import broken
-from curionav_cli.config.schema import Config
-from curionav_cli.config.sources import opened
 from curionav_cli.errors import RunFailed, UserError
 from curionav_cli.execution import exploration
 from curionav_cli.execution.precision import speeds
-from curionav_cli.execution.screen import a_console
+from curionav_cli.execution.screen import a_console, table
 from curionav_cli.storage import checkpoint
 from curionav_cli.storage.provenance import PACKAGES
 from curionav_cli.storage.run_folder import RunFolder
@@ -117,7 +113,7 @@ def self_test() -> Finding:
     """A small run, twice: the same seed must give the same bytes. Five CPU-seconds, most of them for one drawing."""
     began, cpu = time.perf_counter(), time.process_time()
     try:
-        settings = small()
+        settings = composed("explore", *SMALL)
         with tempfile.TemporaryDirectory() as name, redirect_stdout(io.StringIO()):
             runs = [exploration.explore(settings, Path(name) / which, drawn=which == "one") for which in ("one", "two")]
             alike = saved(runs[0]) == saved(runs[1])
@@ -131,11 +127,6 @@ def self_test() -> Finding:
     if not alike:
         return "self-test", BROKEN, f"{told} not the same bytes ({took})"
     return "self-test", OK, f"{told} the same bytes ({took})"
-
-
-def small() -> Config:
-    with opened("explore") as hydra:
-        return compose(hydra, OverrideErrors(hydra, list(SMALL)), list(SMALL))[0]
 
 
 def saved(run: RunFolder) -> dict[str, str]:

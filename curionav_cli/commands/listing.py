@@ -2,12 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
-
-from rich.box import SIMPLE
-from rich.table import Table
 
 from curionav_cli import build
 from curionav_cli.config import catalogue
@@ -16,7 +12,7 @@ from curionav_cli.config.override_errors import OverrideErrors
 from curionav_cli.config.sources import opened
 from curionav_cli.config.suggestions import closest, did_you_mean
 from curionav_cli.errors import ConfigError, UserError
-from curionav_cli.execution.screen import a_console
+from curionav_cli.execution.screen import a_console, table
 
 ENV_COLUMNS = (("env", "left"), ("floor m2", "right"), ("visitable m2", "right"), ("visitable cells", "right"),
                ("cell cm", "right"), ("", "left"))
@@ -56,13 +52,3 @@ def environment(hydra: Any, name: str) -> tuple[str, ...]:
     square = plan.cell**2
     return (f"{plan.floor.sum() * square:.2f}", f"{plan.visitable.sum() * square:.2f}",
             str(plan.visitable.sum()), f"{plan.cell * 100:g}", settings.env.note)
-
-
-def table(columns: tuple[tuple[str, str], ...], rows: Sequence[tuple[str, ...]]) -> Table:
-    """`columns`: heading, and the side to which its cells are justified."""
-    made = Table(box=SIMPLE, pad_edge=False)
-    for heading, side in columns:
-        made.add_column(heading, justify="right" if side == "right" else "left", no_wrap=heading != "")
-    for row in rows:
-        made.add_row(*(cell.replace("[", "\\[") for cell in row))
-    return made

@@ -13,8 +13,6 @@ from typer.core import TyperCommand, TyperGroup
 
 from curionav_cli.errors import Unread
 
-CHOSEN = {"dock": ("agent=bounce", "robot=turtlebot2i")}  # where a command's defaults are others
-
 SETTINGS = "curionav.settings"  # what was typed beside --help
 
 
@@ -56,10 +54,10 @@ class SettingsCommand(TyperCommand):
     def format_help(self, ctx: Any, formatter: Any) -> None:
         super().format_help(ctx, formatter)
         from curionav_cli.config import catalogue
-        from curionav_cli.config.sources import opened
+        from curionav_cli.config.sources import COMMAND_DEFAULTS, opened
 
         with opened(str(self.name)) as hydra:
-            chosen = [*CHOSEN.get(str(self.name), ()), *ctx.meta[SETTINGS]]
+            chosen = [*COMMAND_DEFAULTS.get(str(self.name), ()), *ctx.meta[SETTINGS]]
             groups, config = catalogue.groups(hydra), catalogue.composed(hydra, chosen)
         settings, choices = catalogue.settings(config), catalogue.choices(config)
         console = Console()

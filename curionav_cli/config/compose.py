@@ -22,7 +22,7 @@ from curionav_cli.config.safety import refuse_callables
 from curionav_cli.config.schema import Config
 from curionav_cli.config.search import Engine, corners, ends, engine, foreign, refuse_fractions
 from curionav_cli.config.settings import as_settings
-from curionav_cli.config.sources import MAIN
+from curionav_cli.config.sources import MAIN, opened
 from curionav_cli.config.suggestions import first_line
 from curionav_cli.errors import ConfigError, SceneError, UserError
 from curionav_cli.files import folder_for
@@ -89,6 +89,12 @@ def compose(hydra: Hydra, mistakes: OverrideErrors, job: list[str]) -> tuple[Con
     chosen = str(config.hydra.runtime.choices.env)
     mistakes.refuse_unread(config)
     return as_settings(config), chosen
+
+
+def composed(command: str, *words: str) -> Config:
+    """The settings that `words` give to a command, as in composed("explore", "env=large_lab"). Raises ConfigError."""
+    with opened(command) as hydra:
+        return compose(hydra, OverrideErrors(hydra, words), list(words))[0]
 
 
 @contextmanager

@@ -34,6 +34,7 @@ from curionav_cli.safe_yaml import refuse_bomb
 from curionav_cli.world import settings as world_settings
 
 MAIN = "config"  # conf/config.yaml
+COMMAND_DEFAULTS = {"dock": ("agent=bounce", "robot=turtlebot2i")}  # where a command's differ from those of conf/
 
 ROBOTS = {
     "ideal": robot_settings.Robot,

@@ -4,8 +4,11 @@ from __future__ import annotations
 
 import os
 import sys
+from collections.abc import Sequence
 
+from rich.box import SIMPLE
 from rich.console import Console
+from rich.table import Table
 
 from curionav_cli.errors import Unread
 
@@ -26,3 +29,13 @@ def mute() -> None:
     """Nothing is written to a closed pipe once more, which Python would complain of when it ends."""
     with open(os.devnull, "w") as nowhere:
         os.dup2(nowhere.fileno(), sys.stdout.fileno())
+
+
+def table(columns: tuple[tuple[str, str], ...], rows: Sequence[tuple[str, ...]]) -> Table:
+    """`columns`: heading, and the side to which its cells are justified."""
+    made = Table(box=SIMPLE, pad_edge=False)
+    for heading, side in columns:
+        made.add_column(heading, justify="right" if side == "right" else "left", no_wrap=heading != "")
+    for row in rows:
+        made.add_row(*(cell.replace("[", "\\[") for cell in row))
+    return made
