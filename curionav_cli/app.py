@@ -135,7 +135,7 @@ def paper(words: opt.PaperWords = None, out: opt.PaperOut = None) -> None:
 
 
 def unwritable(error: OSError) -> str:
-    """One line for a disk that is full or locked, wherever a command met it; any other error is raised again."""
+    """Return one line for a disk that is full or locked; raise any other error again."""
     from curionav_cli.execution.interrupts import FULL, LOCKED
 
     if error.errno not in (*FULL, *LOCKED):
@@ -144,22 +144,22 @@ def unwritable(error: OSError) -> str:
 
 
 def main(arguments: list[str] | None = None) -> Any:
-    """Exit codes: 0 done, 1 the run failed, 2 wrong use or config, 130 interrupted, 141 its output was closed,
-    143 stopped by SIGTERM."""
+    """Run the command line and exit: 0 done, 1 the run failed, 2 wrong use or config, 130 interrupted, 141 its output
+    was closed, 143 stopped by SIGTERM."""
     for name, value in (("OMP_WAIT_POLICY", "PASSIVE"), ("OMP_NUM_THREADS", "1")):
-        os.environ.setdefault(name, value)  # one thread a run: spinning threads cost up to 33 times
-    os.environ["MPLBACKEND"] = "agg"  # a notebook leaves one that is not installed here, and matplotlib does not load
+        os.environ.setdefault(name, value)  # one thread a run: spinning threads made runs up to 33 times slower
+    os.environ["MPLBACKEND"] = "agg"  # a notebook sets one that is not installed here, and matplotlib fails to load
     for name in ("stdout", "stderr"):
-        if getattr(sys, name) is None:  # closed by who began it, as `>&-` does
+        if getattr(sys, name) is None:  # closed by the caller, as `>&-` does
             setattr(sys, name, os.fdopen(os.open(os.devnull, os.O_WRONLY), "w"))
-    logging.raiseExceptions = False  # of a closed pipe no word
-    atexit.register(gc.freeze)  # torch leaves a million objects: to look through them at the end takes a second
+    logging.raiseExceptions = False  # a closed pipe is not reported
+    atexit.register(gc.freeze)  # torch leaves a million objects: collecting them at exit takes a second
     warnings.formatwarning = lambda message, *where, **more: f"warning: {message}\n"
     try:
         try:
             app(arguments)
         finally:
-            sys.stdout.flush()  # while a closed pipe can still be answered
+            sys.stdout.flush()  # here, where a closed pipe is still caught
     except (Unread, BrokenPipeError):
         from curionav_cli.execution.screen import mute
 

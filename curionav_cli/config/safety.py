@@ -1,6 +1,6 @@
-"""What a config of a stranger may not do: name something that is called, or write elsewhere.
+"""Refuse what a config from elsewhere may not do: run code, set the environment, or write outside the run folder.
 
-Hydra itself calls what stands under hydra.callbacks and under `()` in its logging, and sets environment variables.
+Hydra itself calls what is named under hydra.callbacks and under `()` in its logging, and sets environment variables.
 """
 
 from __future__ import annotations
@@ -29,12 +29,12 @@ IN_THE_RUN = "${hydra.runtime.output_dir}/"
 
 
 def refuse_callables(config: DictConfig) -> None:
-    """Raises ConfigError for a composed configuration with something in it that Hydra would call, or open."""
+    """Refuse a composed configuration that names something for Hydra to call or to open. Raises ConfigError."""
     hydra: Any = OmegaConf.to_container(config.hydra, resolve=False)
     for key, form in NAMES.items():
         name = str(reduce(dict.__getitem__, key.split("."), hydra) or "x")
         parts = name.split("/")
-        if "override_dirname" in name:  # the values of a sweep are a part of it
+        if "override_dirname" in name:  # which holds the values of the sweep
             parts += re.split("[/=]", str(hydra["sweeper"].get("params")))
         if not re.fullmatch(form, name) or ".." in parts or not parts[0]:
             raise ConfigError(f"hydra.{key}: {name} would be written outside the run's folder.")

@@ -130,7 +130,7 @@ def test_a_search_without_a_file_says_that_it_cannot_go_on(capsys: Captured) -> 
 
 REFUSED = {
     "seed=0,1 hydra.sweeper.direction=maximise": "'maximise' is not one of maximize, minimize. Did you mean maximize?",
-    "seed=0,1 hydra.sweeper.direction=[maximize,minimize]": "a run gives one number, so there is one direction",
+    "seed=0,1 hydra.sweeper.direction=[maximize,minimize]": "a run has one objective. Give one direction",
     "seed=0,1 hydra.sweeper.n_trial=3": "no key hydra.sweeper.n_trial. Did you mean hydra.sweeper.n_trials",
     "seed=0,1 hydra.sweeper.n_trials=0": "hydra.sweeper.n_trials=0 is less than 1.",
     "seed=0,1 hydra.sweeper.n_jobs=-1": "hydra.sweeper.n_jobs=-1 is less than 1.",
