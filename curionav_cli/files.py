@@ -134,6 +134,13 @@ def place(text: str | Path) -> Path:
         return Path(text)
 
 
+def conf_dir() -> Path:
+    """conf/ inside the package (installed from a wheel), or beside it (a checkout)."""
+    package = Path(__file__).resolve().parent
+    inside = package / "conf"
+    return inside if inside.is_dir() else package.parent / "conf"
+
+
 def folder_for(path: str | Path) -> Path:
     """A folder to write into, made by who writes. Raises ConfigError where a file is in the way."""
     path = place(path)

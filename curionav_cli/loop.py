@@ -139,13 +139,13 @@ class LocalLearner(NoLearning):
     def __call__(self, index: int, episode: Episode) -> dict[str, float]:
         self.store(index, episode)
         if not self.agent.learns:
-            return {}
+            return self.agent.report()
         foresight = self.agent.predict(index, episode)
         if foresight:
             self.watch.predicted(index, foresight)
         self.replay.add(episode)
         metrics = self.agent.learn(self.replay, self.iterations, self.watch.learned)
-        return {**metrics, **(foresight.metrics() if foresight else {})}
+        return {**self.agent.report(), **metrics, **(foresight.metrics() if foresight else {})}
 
 
 class RemoteLearner:

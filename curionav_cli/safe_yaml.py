@@ -5,7 +5,7 @@ from __future__ import annotations
 import yaml
 
 NODES, DEPTH = 10**6, 100  # of a YAML file with its aliases written out
-LOADER = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
+LOADER = getattr(yaml, "CSafeLoader", yaml.SafeLoader)  # ten times as fast, where libyaml is
 
 
 def refuse_bomb(text: str, first_only: bool = False) -> None:

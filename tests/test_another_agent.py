@@ -24,7 +24,7 @@ class Settings:
     every: int
 
     def __post_init__(self):
-        within("agent.every", self.every, least=2)
+        within("agent.every", self.every, least=2, most=100)
 
 
 class Turner(Agent):
@@ -66,4 +66,4 @@ def test_it_explores_goes_on_and_is_compared(turner: Cli, tmp_path: Path) -> Non
     answer = turner("compare", "run", "out=page")
     assert answer.code == 0 and "turner" in answer.out and (tmp_path / "page" / "report.html").is_file()
     refused = turner("explore", *SHORT[:-1], "agent.every=1")
-    assert refused.code == 2 and "agent.every: 1 is less than 2" in refused.error
+    assert refused.code == 2 and "agent.every: 1 is not between 2 and 100" in refused.error

@@ -74,6 +74,10 @@ class Agent(ABC):
     def import_weights(self, raw: bytes) -> None:
         """Act with weights that `share` gave. Raises WeightsRefused, and changes nothing, where it cannot."""
 
+    def report(self) -> dict[str, float]:
+        """Metrics of the episode that has just ended, for metrics.jsonl; none by default."""
+        return {}
+
     def save(self, folder: Path) -> None:
         """Write all that `load` needs into an existing empty folder."""
         (folder / "rng.json").write_text(json.dumps(self.rng.bit_generator.state))

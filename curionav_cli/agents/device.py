@@ -9,8 +9,9 @@ import torch
 
 from curionav_cli.errors import ConfigError
 
-TRIM_THRESHOLD, MMAP_THRESHOLD = -1, -3  # glibc's malloc.h
-KEPT = 2**29  # bytes
+# glibc's malloc.h: trim the heap when so much is free on top (-1: never); so many blocks outside the heap.
+M_TRIM_THRESHOLD, NEVER = -1, -1
+M_MMAP_MAX, NONE = -4, 0
 
 
 def resolve_device(device: str) -> torch.device:
@@ -33,15 +34,16 @@ def repeatable(device: torch.device) -> None:
         torch.backends.cudnn.benchmark = False
 
 
-def keep_memory() -> None:
-    """Have the C library keep for this process what is freed, where it is GNU's; nothing else changes.
+def keep_freed_memory() -> None:
+    """From here on this process keeps what it frees, where the C library is glibc; nothing else changes.
 
-    It gives large arrays back to the system as soon as they are freed, and takes others page by page: a learner whose
-    activations have 10 MB, made and freed at each update, spends as long on that as on its products.
+    glibc hands large blocks back to the kernel, which clears each page anew when it is next asked for, and an update
+    frees and asks for the same hundreds of megabytes: up to a fifth of its CPU seconds.
     """
-    if sys.platform == "linux" and hasattr(library := ctypes.CDLL(None), "mallopt"):
-        library.mallopt(TRIM_THRESHOLD, KEPT)
-        library.mallopt(MMAP_THRESHOLD, 2**25)  # the most that it takes
+    mallopt = getattr(ctypes.CDLL(None), "mallopt", None) if sys.platform == "linux" else None
+    if mallopt:
+        mallopt(M_TRIM_THRESHOLD, NEVER)
+        mallopt(M_MMAP_MAX, NONE)
 
 
 def devices() -> list[tuple[str, str]]:

@@ -19,7 +19,7 @@ from curionav_cli.records import Episode
 from curionav_cli.results import film, panels, plots, tables
 from curionav_cli.results.coverage import DENOMINATORS, RULES
 from curionav_cli.results.prediction import figures as prediction_figures
-from curionav_cli.results.runs import Run, tell_apart
+from curionav_cli.results.runs import Run, distinguish
 from curionav_cli.storage.run_folder import RunFolder
 
 CHOICES: dict[str, tuple[str, ...]] = {
@@ -45,7 +45,7 @@ def run(words: list[str]) -> int:
     episodes, films = ({one.folder.path: indices(key, chosen.get(key), one) for one in runs}
                        for key in ("episodes", "film"))
     console = a_console()
-    tell_apart(runs)
+    distinguish(runs)
     counted = {one.folder.path: [replace(one, rule=rule, denominator=of) for rule in rules for of in denominators]
                for one in runs}
     print_table([way.row() for ways in counted.values() for way in ways], console, SHOWN)

@@ -31,20 +31,20 @@ WHAT = ("hyperparameters", "sizes", "docking", "numbers")
 CHOICES: dict[str, tuple[str, ...]] = {"out": ()}
 PAGE = "paper-vs-ours.md"
 TITLES = {
-    "protocol": "How lives are lived, and what a step is.", "surfaces": "How large the worlds are.",
-    "coverage": "What was covered in the steps that were lived; the paper's are of more steps where it says so.",
-    "docking": f"Homecomings of robot={paper.ROBOT} that ended on the dock without a person.",
+    "protocol": "Episodes, steps, cells and battery.", "surfaces": "Sizes of the worlds.",
+    "coverage": "Coverage after the steps that were run; the paper's is after more steps where the row says so.",
+    "docking": f"Returns to dock of robot={paper.ROBOT} that ended docked without a person's help.",
 }
-BEYOND = (  # what no run of ours can show, and why
+BEYOND = (  # what no run here can show, and why
     ("Coverage in Replica's apartments", "its scans are not part of this project. Ours are drawn homes with as many "
-     "visitable cells; a robot meets other walls and other pictures in them."),
+     "visitable cells; their walls and textures differ."),
     ("Coverage, docking and moved objects in the two real rooms", "there is no robot here. `robot=turtlebot2i` "
-     "simulates drift, bumps, sensors and battery, and its constants were fitted to the paper's docking rates, so that "
-     "those rates are no test of it."),
+     "simulates drift, bumps, sensors and battery. Its constants were fitted to the paper's docking rates, so those "
+     "rates are no test of it."),
     ("Photographs of the rooms", "ours are contact sheets of scenes with the same size and kind of clutter."),
-    ("Training on a GTX 1080", "what updates cost was measured on other machines (benchmarks/RESULTS.md)."),
-    ("Curves and heatmaps of the paper's figures", "they are printed without their numbers; only what the text says of "
-     "them can be compared."),
+    ("Training on a GTX 1080", "the cost of updates was measured on other machines (benchmarks/RESULTS.md)."),
+    ("Curves and heatmaps of the paper's figures", "the paper prints them without numbers, so only what its "
+     "text says of them can be compared."),
 )
 
 
@@ -86,7 +86,7 @@ def written(part: Table) -> dict[str, str]:
 
 def hyperparameters() -> Table:
     ours, small = (vars(composed("paper", f"scale={scale}").agent) for scale in ("paper", "cpu"))
-    return Table("hyperparameters", "The paper's hyperparameters beside those that this code composes.",
+    return Table("hyperparameters", "The paper's hyperparameters beside those that are composed here.",
                  paper.HYPERPARAMETER_COLUMNS, paper.hyperparameters(ours, small))
 
 
@@ -104,7 +104,7 @@ def numbers(folders: Sequence[Path]) -> tuple[list[Table], list[str]]:
     home = [run for folder in folders for run in RunFolder.inside(folder) or [RunFolder(folder)] if came_home(run)]
     runs, lost = read_all([folder for folder in folders if not came_home_only(folder, home)], "landing", "visitable")
     if folders and not runs and not home:
-        raise ConfigError("\n".join([*lost, "There is no run whose numbers could be told. Name folders of runs or "
+        raise ConfigError("\n".join([*lost, "There is no run to take numbers from. Name folders of runs or "
                                      "sweeps, or none."]))
     settings, scenes = composed("paper", "robot=turtlebot2i"), plans()
     comparison = compared(runs) if runs else Comparison([], {}, {}, {})
@@ -120,7 +120,7 @@ def numbers(folders: Sequence[Path]) -> tuple[list[Table], list[str]]:
 
 
 def came_home_only(folder: Path, home: Sequence[RunFolder]) -> bool:
-    """Is all that is in it runs of curionav dock?"""
+    """Whether all runs in the folder are runs of curionav dock."""
     paths = [run.path for run in home]
     return folder in paths or any(path.parent == folder for path in paths)
 
@@ -131,7 +131,7 @@ def page(command: str, parts: Sequence[Table], notes: Sequence[str]) -> str:
         "# The paper's numbers beside ours\n",
         f"Written by `{command}`; nothing on this page is typed by hand but the paper's side. Coverage counts cells "
         "marked by landing out of visitable cells; the mean over n seeds stands with its 95 % t interval, a share of "
-        "homecomings with Wilson's. Steps to a share: the median, and how many runs arrived.\n"]
+        "returns to dock with Wilson's. Steps to a share: the median, and how many runs arrived.\n"]
     for part in parts:
         lines += [f"## {part.name.capitalize()}\n", tables.markdown(part.rows, part.columns, part.title)]
     lines += ["## What cannot be reproduced here\n", *(f"- **{what}**: {why}" for what, why in BEYOND), ""]

@@ -18,7 +18,7 @@ from curionav_cli.errors import UserError
 from curionav_cli.execution.screen import a_console
 from curionav_cli.files import file_name, write_whole
 from curionav_cli.results import plots, tables
-from curionav_cli.results.runs import Run, job_number, tell_apart
+from curionav_cli.results.runs import Run, distinguish, job_number
 
 SHOWN = ("agent", "seed", "coverage", "visited", "cells", "steps", "area", "to 50 %", "to 80 %", "forward", "left",
          "right", "cancelled", "state", "env", "learning")  # the most telling first: a narrow terminal shows fewer
@@ -61,7 +61,7 @@ def show_sweep(root: Path, folders: Sequence[Path], console: Console) -> None:
                 runs.append(run)
         except UserError as error:
             rows.append(failed_row(folder, error))
-    tell_apart(runs)
+    distinguish(runs)
     search = noted(root)
     if towards := search.get("direction"):  # of a search: the best first
         rows.sort(key=lambda row: best_first(row, towards))

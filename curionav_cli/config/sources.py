@@ -28,7 +28,7 @@ from curionav_cli.agents.registry import AGENTS
 from curionav_cli.config import plugins, schema, search
 from curionav_cli.config.whole_numbers import take_any_spelling
 from curionav_cli.errors import ConfigError
-from curionav_cli.files import place
+from curionav_cli.files import conf_dir, place
 from curionav_cli.robot import settings as robot_settings
 from curionav_cli.safe_yaml import refuse_bomb
 from curionav_cli.world import settings as world_settings
@@ -41,13 +41,6 @@ ROBOTS = {
     "turtlebot2i": robot_settings.Turtlebot,
     "turtlebot2i_plus": robot_settings.Turtlebot,
 }
-
-
-def conf_dir() -> Path:
-    """conf/ inside the package (installed from a wheel), or beside it (a checkout)."""
-    package = Path(__file__).resolve().parent.parent
-    inside = package / "conf"
-    return inside if inside.is_dir() else package.parent / "conf"
 
 
 @contextmanager

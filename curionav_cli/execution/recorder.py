@@ -77,7 +77,8 @@ class Recorder(Keeper, Callbacks):
         counts = self.counts()
         row = {"episode": index, **counts, "cells_in_episode": cells, "found": self.coverage.first[-1].tolist(),
                **habits(episode), **belief(episode), **metrics}
-        self.keep(index + 1, row, episode=index + 1, **counts)
+        explored = {"explored": True, "explored_at": int(metrics["explored"])} if "explored" in metrics else {}
+        self.keep(index + 1, row, episode=index + 1, **counts, **explored)
         self.report.episode_done(self.coverage.share, self.coverage.visited, self.coverage.total)
 
 

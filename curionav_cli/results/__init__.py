@@ -1,1 +1,1 @@
-"""Reads run folders; counts, estimates, draws. Imports no agent, no world and no torch."""
+"""Results: read run folders, count, estimate, draw. Imports no agent, no world and no torch."""

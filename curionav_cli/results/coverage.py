@@ -20,13 +20,13 @@ Marks = tuple[np.ndarray, np.ndarray]  # (step, cell) of every mark, cells as fl
 
 
 def landing(plan: FloorPlan, pose: np.ndarray) -> Marks:
-    """The cell of each pose. pose: (T+1, 3)."""
+    """Mark the cell of each pose. pose: (T+1, 3), metres and radians."""
     row, column = plan.cells(pose[:, 0], pose[:, 1])
     return np.arange(len(pose)), row * plan.visitable.shape[1] + column
 
 
 def swept(plan: FloorPlan, pose: np.ndarray) -> Marks:
-    """Every cell on the straight line from one pose to the next, and the first one's.
+    """Mark every cell on the straight line from one pose to the next, and the first one's. pose: (T+1, 3).
 
     Between two crossings of grid lines a line stays in one cell: that of the middle between them.
     """
@@ -49,7 +49,7 @@ def swept(plan: FloorPlan, pose: np.ndarray) -> Marks:
 
 
 def footprint(plan: FloorPlan, pose: np.ndarray) -> Marks:
-    """Every cell whose centre lies within the robot's radius of a pose."""
+    """Mark every cell whose centre lies within the robot's radius of a pose. pose: (T+1, 3)."""
     reach = int(np.ceil(plan.radius / plan.cell)) + 1
     rows, columns = plan.visitable.shape
     row, column = plan.cells(pose[:, 0], pose[:, 1])
@@ -78,7 +78,7 @@ class Coverage:
         self.first: list[np.ndarray] = []  # the steps at which a new cell was found
 
     def add(self, pose: np.ndarray) -> int:
-        """Count one episode, pose (T+1, 3); how many different cells it touched."""
+        """Count one episode, pose (T+1, 3); returns how many different cells it touched."""
         step, cell = RULES[self.rule](self.plan, pose)
         inside = self.counted.ravel()[cell]
         step, cell = step[inside], cell[inside]
@@ -107,14 +107,14 @@ class Coverage:
 
 @dataclass(frozen=True)
 class Curve:
-    """When each new cell was found. found: (visited,) sorted steps; steps: lived in all; total: cells."""
+    """When each new cell was found. found: (visited,) sorted steps; steps: of the whole run; total: cells."""
 
     found: np.ndarray
     steps: int
     total: int
 
     def at(self, step: np.ndarray | int) -> np.ndarray:
-        """Cells visited after so many steps."""
+        """Number of cells visited after so many steps, of the shape of `step`."""
         return np.searchsorted(self.found, step, side="right")
 
     def until(self, steps: int) -> Curve:
@@ -135,7 +135,7 @@ class Curve:
 
 def cover(plan: FloorPlan, poses: Iterable[np.ndarray], rule: str = "landing",
           denominator: str = "visitable") -> Coverage:
-    """Coverage of a whole run."""
+    """Count the coverage of a whole run. poses: (T+1, 3) for each episode."""
     coverage = Coverage(plan, rule, denominator)
     for pose in poses:
         coverage.add(pose)

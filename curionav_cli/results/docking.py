@@ -1,4 +1,4 @@
-"""Homecomings counted: requests, successes, failures by name, recoveries (paper, docking table)."""
+"""Returns to dock, counted: requests, successes, failures by name, recoveries (paper, docking table)."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ TABLE: Columns = (
     ("yaw median", "yaw_median", "{:.1f} deg"), ("time median", "seconds_median", "{:.0f} s"),
     ("battery left", "battery_median", "{:.0%}"),
 )
-BELOW = "ratio: with Wilson's 95 % interval; error: of the believed pose where the first approach began"
+BELOW = "ratio: with Wilson's 95 % interval; error: of the estimated pose where the first approach began"
 FAILURES: Columns = (
     ("env", "env", "{}"), ("robot", "robot", "{}"), ("seed", "seed", "{}"), ("ended by", "code", "{}"),
     ("requests", "count", "{:,}"), ("of all", "share", "{:.1%}"),
@@ -35,17 +35,17 @@ RECOVERIES: Columns = (
 
 
 def came_home(run: RunFolder) -> bool:
-    """Is it a run of curionav dock, with a homecoming in it?"""
+    """Whether it is a run of curionav dock with at least one return to dock in it."""
     return any("code" in row for row in run.metrics()[:1])
 
 
 def reports(run: RunFolder) -> list[DockReport]:
-    """The homecomings of a run, in order."""
+    """Read the returns to dock of a run, in order."""
     return [DockReport.of({key: row[key] for key in DockReport.__dataclass_fields__}) for row in run.metrics()]
 
 
 class Counted(NamedTuple):
-    """Homecomings of one run, or of several that differ in nothing but their seed; `where` names them in a table."""
+    """Returns to dock of one run, or of several that differ in their seed only. where: their cells of a table."""
 
     run: RunFolder
     where: Row
@@ -53,8 +53,10 @@ class Counted(NamedTuple):
 
 
 def counted(runs: Sequence[RunFolder]) -> tuple[list[Counted], list[Counted]]:
-    """Each run, and those that differ in nothing but their seed together, of each seed the first; a run without such
-    others is not in the second list."""
+    """Count each run by itself, and runs that differ in nothing but their seed together, of each seed the first.
+
+    A run without such others is not in the second list.
+    """
     fixed, settings = [read_json(run.path / "fixed.json") for run in runs], [run.settings for run in runs]
     presets = [one["scale"] for one in settings]
     envs = world_labels([one["env"] for one in settings], list(map(world_settings, fixed)))
@@ -72,7 +74,7 @@ def counted(runs: Sequence[RunFolder]) -> tuple[list[Counted], list[Counted]]:
 
 
 def summary(where: Row, docks: Sequence[DockReport]) -> Row:
-    """One row of the table."""
+    """Make a row of TABLE. Distances in metres, yaw in degrees, times in seconds, battery between 0 and 1."""
     docked = sum(dock.success for dock in docks)
     error = np.array([dock.error for dock in docks if dock.error]).reshape(-1, 3)
     away = np.hypot(error[:, 0], error[:, 1])
@@ -87,14 +89,16 @@ def summary(where: Row, docks: Sequence[DockReport]) -> Row:
 
 
 def endings(where: Row, docks: Sequence[DockReport]) -> list[Row]:
-    """How often each name ended a homecoming; the counts add up to the requests."""
+    """Count how often each name ended a return to dock; the counts add up to the requests."""
     return [{**where, "code": code, "count": count, "share": count / len(docks)}
             for code, count in Counter(dock.code for dock in docks).most_common()]
 
 
 def attempts(where: Row, docks: Sequence[DockReport]) -> list[Row]:
-    """What each attempt brought: the staging pose's, and that after each recovery, by name; the drive that it begins
-    with counts, so that one may fail before it sees the dock."""
+    """Count attempts and successes: the first from the staging pose, then one after each recovery, by name.
+
+    The drive that an attempt begins with belongs to it, so that it may fail before the dock is seen.
+    """
     tried: Counter[str] = Counter()
     docked: Counter[str] = Counter()
     for dock in docks:

@@ -1,6 +1,6 @@
-"""The paper's docking diagram: client, server, its phases and recoveries, and how often homecomings went each way.
+"""The paper's docking diagram: client, server, its phases and recoveries, and how often each transition was taken.
 
-Boxes are the members of Phase, arrows are what feedback told: nothing is drawn that the server did not do.
+Boxes are the members of Phase, arrows the transitions that the server's feedback reported: nothing else is drawn.
 """
 
 from __future__ import annotations
@@ -26,7 +26,10 @@ Moves = Counter[tuple[Phase, Phase]]
 
 
 def diagram(moves: Moves, recoveries: Sequence[str], title: str) -> Figure:
-    """moves: how often one phase followed another; recoveries: their names, in the order in which they are tried."""
+    """Draw phases, transitions and recoveries.
+
+    moves: how often one phase followed another; recoveries: their names, in the order in which they are tried.
+    """
     figure = Figure((7 * WIDE + 0.3, 3.4 * HIGH), layout="constrained")
     axes = figure.add_subplot()
     boxes = {phase: box(axes, x, y, phase.value.replace("_", "\n", 1), FILLS.get(phase, "#e0f2fe"))

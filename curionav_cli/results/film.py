@@ -1,4 +1,4 @@
-"""An episode as a film: what the robot's camera saw beside where it was, from above.
+"""An episode as a film: the robot's camera beside its path on the floor plan.
 
 VP8 in WebM, which opencv-python-headless writes and every browser plays; the same bytes when made again.
 """
@@ -30,7 +30,7 @@ TRACK = b"\x73\xc5\x88"  # Matroska's TrackUID, eight random bytes behind it
 
 
 def frames(plan: FloorPlan, episode: Episode, name: str, every: int = 1) -> Iterator[np.ndarray]:
-    """(SIDE, any even, 3) uint8 RGB for every n-th of T+1 poses, the first one too."""
+    """Draw (SIDE, any even, 3) uint8 RGB for every n-th of T+1 poses, beginning with the first."""
     view = PlanView(plan)
     for step, (image, pose) in enumerate(zip(episode.image, episode.pose, strict=True)):
         above = view.at(pose)
@@ -44,7 +44,7 @@ def frames(plan: FloorPlan, episode: Episode, name: str, every: int = 1) -> Iter
 
 
 class PlanView:
-    """The plan from above; the way so far stays on it."""
+    """The floor plan from above, with the path so far."""
 
     def __init__(self, plan: FloorPlan):
         used = np.argwhere(plan.floor)
@@ -63,13 +63,13 @@ class PlanView:
         cv2.rectangle(self.drawn, (middle - half).tolist(), (middle + half).tolist(), blue, -1)
 
     def pixel(self, x: float, y: float) -> tuple[int, int]:
-        """Of a place in metres, in OpenCV's fractions."""
+        """Pixel of a place in metres, in OpenCV's fractions."""
         across = (x / self.plan.cell - self.low[1]) * self.scale
         down = self.height - (y / self.plan.cell - self.low[0]) * self.scale
         return round(across * 2 ** FINE), round(down * 2 ** FINE)
 
     def at(self, pose: np.ndarray) -> np.ndarray:
-        """The plan with the robot at this pose (3,)."""
+        """Draw the plan with the robot at this pose (3,), metres and radians; (SIDE, width, 3) uint8 RGB."""
         here = self.pixel(pose[0], pose[1])
         cv2.line(self.drawn, self.last or here, here, PATH, 2, cv2.LINE_AA, FINE)
         self.last = here
@@ -82,7 +82,7 @@ class PlanView:
 
 
 def write(pictures: Iterable[np.ndarray], path: Path) -> None:
-    """A .webm of these pictures (H, W, 3) uint8 RGB, finished or absent. Raises RunFolderError without an encoder."""
+    """Write pictures (H, W, 3) uint8 RGB as .webm, finished or absent. Raises RunFolderError without an encoder."""
     with TemporaryDirectory() as folder:
         file = Path(folder) / "film.webm"
         encode(pictures, file)
@@ -106,7 +106,7 @@ def encode(pictures: Iterable[np.ndarray], file: Path) -> None:
 
 @contextmanager
 def quiet() -> Iterator[None]:
-    """OpenCV says on stderr that WebM has no four letters for VP8, and writes it all the same."""
+    """Hide what OpenCV prints on stderr: that WebM has no four letters for VP8, which it writes all the same."""
     sys.stderr.flush()
     kept, nowhere = os.dup(2), os.open(os.devnull, os.O_WRONLY)
     os.dup2(nowhere, 2)
@@ -119,6 +119,6 @@ def quiet() -> Iterator[None]:
 
 
 def settled(film: bytes) -> bytes:
-    """The film with 1 for the random number of its only track."""
+    """Replace the random number of the film's only track by 1."""
     at = film.index(TRACK) + len(TRACK)
     return film.replace(film[at:at + 8], (1).to_bytes(8, "big"))

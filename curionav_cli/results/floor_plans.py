@@ -69,12 +69,12 @@ def window(plan: FloorPlan) -> tuple[slice, slice]:
 
 
 def frame(plan: FloorPlan) -> Affine2D:
-    """From metres of the scene to those of its map."""
+    """Transform from metres of the scene to those of its map."""
     return Affine2D().rotate(plan.map_origin.yaw).translate(plan.map_origin.x, plan.map_origin.y)
 
 
 def bounds(plan: FloorPlan) -> tuple[float, float, float, float]:
-    """Least and most x, least and most y of the window, in metres of the map."""
+    """Least and greatest x, least and greatest y of the window, in metres of the map."""
     rows, columns = window(plan)
     corners = [(x * plan.cell, y * plan.cell) for x in (columns.start, columns.stop) for y in (rows.start, rows.stop)]
     x, y = frame(plan).transform(corners).T
@@ -95,7 +95,7 @@ def squares(grid: np.ndarray, side: int) -> np.ndarray:
 
 
 def draw_plan(axes: Axes, plan: FloorPlan, most: int = SQUARES, walls_only: bool = False) -> None:
-    """The plan, cropped to the building. most: squares along its longer side. walls_only: what stands on the floor."""
+    """Draw the plan, cropped to the building. most: squares along its longer side; walls_only: only obstacles."""
     rows, columns = window(plan)
     side = max(1, -(-max(rows.stop - rows.start, columns.stop - columns.start) // most))
     grid = squares(kinds(plan)[rows, columns], side)
@@ -109,7 +109,7 @@ def draw_plan(axes: Axes, plan: FloorPlan, most: int = SQUARES, walls_only: bool
 
 def draw_grid(axes: Axes, plan: FloorPlan, grid: np.ndarray, side: int, low: tuple[float, float] = (0.0, 0.0),
               **style: Any) -> AxesImage:
-    """Squares of side x side cells as an image, the lower left corner at `low` in metres of the scene."""
+    """Draw squares of side x side cells as an image, the lower left corner at `low` in metres of the scene."""
     step = side * plan.cell
     extent = (low[0], low[0] + grid.shape[1] * step, low[1], low[1] + grid.shape[0] * step)
     return axes.imshow(grid, origin="lower", extent=extent, interpolation="nearest",
@@ -122,7 +122,7 @@ def picture_of(plan: FloorPlan) -> np.ndarray:
 
 
 def mark_places(axes: Axes, plan: FloorPlan, size: float = 7.0) -> None:
-    """The start as a blue square, the dock as a green triangle where it is another place; a line shows the yaw."""
+    """Mark the start by a blue square and a dock elsewhere by a green triangle; a line shows the yaw."""
     alone = plan.dock is None or plan.dock == plan.start
     mark(axes, plan, plan.start, START, "start and dock" if alone else "start", size)
     if plan.dock and not alone:
@@ -140,7 +140,7 @@ def mark(axes: Axes, plan: FloorPlan, pose: Pose, look: tuple[str, str], name: s
 
 
 def add_scale_bar(axes: Axes, plan: FloorPlan) -> None:
-    """A length of 1, 2 or 5 times a power of ten, in a strip below the building."""
+    """Add a scale bar of 1, 2 or 5 times a power of ten metres in a strip below the building."""
     wide, high = size_of(plan)
     fits = min(0.8 * wide, max(wide / 4, 0.05 * high))
     power = 10.0 ** np.floor(np.log10(fits))
@@ -161,7 +161,7 @@ def meanings(axes: Axes, plan: FloorPlan) -> list[Artist]:
 
 
 def add_legend(figure: Figure, handles: Sequence[Artist]) -> None:
-    """Below the figure, in as many columns as it is wide."""
+    """Add a legend below the figure, in as many columns as fit."""
     names = [str(handle.get_label()) for handle in handles]
     figure.legend(handles=list(handles), loc="outside lower center", ncols=columns_for(figure, names))
 
@@ -179,7 +179,7 @@ def located(pose: Pose) -> str:
 
 
 def sheet(plan: FloorPlan, title: str) -> Figure:
-    """The plan of a world that nobody has explored yet, with all that helps to find one's way in it."""
+    """Draw the plan of a world with grid, scale bar, start and dock."""
     if plan.map_origin != ORIGIN:
         title += (f"\nIts lower left corner lies at {located(plan.map_origin)}; "
                   "env.start and env.dock count from that of the map's image")

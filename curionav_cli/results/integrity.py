@@ -20,10 +20,10 @@ END = 22  # bytes of the record that a zip ends with
 
 
 @dataclass(frozen=True)
-class Told:
+class ReadablePart:
     """The part of a run that can be shown.
 
-    ends: steps lived after 0 to E readable episodes. status: {} where it cannot be read. lost: a line about the first
+    ends: steps after 0 to E readable episodes. status: {} where it cannot be read. lost: a line about the first
     episode that cannot; gaps: a line about everything that is missing.
     """
 
@@ -35,14 +35,14 @@ class Told:
 
 
 @dataclass(frozen=True)
-class Readable(Told):
-    """The same with the visits to every cell."""
+class Readable(ReadablePart):
+    """The part that can be shown, with the visits to every cell."""
 
     coverage: Coverage
 
 
 def readable(run: RunFolder, plan: FloorPlan, rule: str, denominator: str) -> Readable:
-    """Poses are read once and counted by this rule and denominator."""
+    """Count a run by this rule and denominator; its poses are read once."""
     coverage = Coverage(plan, rule, denominator)
     status, broken = status_of(run)
     ends, lost = count(run, coverage, status.get("episode", 0))
@@ -50,9 +50,10 @@ def readable(run: RunFolder, plan: FloorPlan, rule: str, denominator: str) -> Re
     return Readable(coverage.curve(), ends, status, lost, gaps, coverage)
 
 
-def noted(run: RunFolder, plan: FloorPlan, rows: Sequence[dict[str, Any]]) -> Told | None:
-    """A whole run as it counted itself, by landing on visitable cells; rows: its metrics. Of episodes only the ends
-    are read, which one that was cut short lacks.
+def noted(run: RunFolder, plan: FloorPlan, rows: Sequence[dict[str, Any]]) -> ReadablePart | None:
+    """Read a whole run as it counted itself, by landing on visitable cells; rows: its metrics.
+
+    Of episode files only the ends are read, which a file that was cut short lacks.
 
     None where status, rows and files are not about the same episodes, where rows lack what was found (older ones do)
     or contradict themselves.
@@ -74,11 +75,11 @@ def noted(run: RunFolder, plan: FloorPlan, rows: Sequence[dict[str, Any]]) -> To
         return None
     folder = str(run.episode_path(0).parent)
     whole = sound and not torn_line(run, rows) and all(ends_whole(f"{folder}/{name}") for name in names)
-    return Told(curve, ends, status, "", ()) if whole else None
+    return ReadablePart(curve, ends, status, "", ()) if whole else None
 
 
 def ends_whole(path: str) -> bool:
-    """Does the file end as a zip without a comment does? In system calls: a comparison asks it of 120 000 files."""
+    """Whether the file ends as a zip without a comment does. In system calls: a comparison asks it of 120 000 files."""
     file = os.open(path, os.O_RDONLY)
     try:
         return os.pread(file, 4, max(0, os.fstat(file).st_size - END)) == b"PK\x05\x06"
@@ -87,7 +88,7 @@ def ends_whole(path: str) -> bool:
 
 
 def status_of(run: RunFolder) -> tuple[dict[str, Any], str]:
-    """status.json, and what is wrong with it."""
+    """Read status.json; returns {} and a line about it where it is broken."""
     try:
         return run.status, ""
     except RunFolderError as error:
@@ -97,7 +98,7 @@ def status_of(run: RunFolder) -> tuple[dict[str, Any], str]:
 def count(run: RunFolder, coverage: Coverage, noted: int) -> tuple[list[int], str]:
     """Count episodes up to the first that is missing or broken: steps after each, and a line about that one.
 
-    noted: episodes that the run said it had finished.
+    noted: number of finished episodes by the run's status.
     """
     ends, lost = [0], ""
     for path in run.episode_paths():
@@ -116,7 +117,7 @@ def count(run: RunFolder, coverage: Coverage, noted: int) -> tuple[list[int], st
 def torn_line(run: RunFolder, rows: Sequence[dict[str, Any]]) -> str:
     """A line about the end of metrics.jsonl, where it cannot be read. rows: those that can."""
     if not run.metrics_file.exists():
-        return f"{run.metrics_file} is missing; what was spent is not known"
+        return f"{run.metrics_file} is missing; what the run cost is not known"
     lines = run.metrics_file.read_bytes().splitlines()
-    return f"{run.metrics_file}: line {len(rows) + 1} is torn; what was spent from there on is not known" \
+    return f"{run.metrics_file}: line {len(rows) + 1} is torn; what it cost from there on is not known" \
         if len(lines) > len(rows) else ""

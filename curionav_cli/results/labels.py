@@ -2,8 +2,9 @@
 
 Two runs are the same arm if all that a run may not change while it goes on (fixed.json) is the same, apart from the
 seed and the world; two worlds are the same if theirs is, apart from what draws the pictures. A name is the agent's
-(or the scene's), with the fewest settings that tell it from its namesakes: `lbs_dreamer curiosity=shuffled`. ROS maps
-of one name are told apart by the shortest ending of their paths: `north/office`, `south/office`.
+(or the scene's), with the fewest settings that distinguish it from others of that name: `lbs_dreamer
+curiosity=shuffled`. ROS maps of one name are distinguished by the shortest ending of their paths: `north/office`,
+`south/office`.
 """
 
 from __future__ import annotations
@@ -22,18 +23,18 @@ ABSENT = "?"  # written by a version that did not have this setting
 
 
 def arm_settings(fixed: Settings) -> Settings:
-    """What makes the arm, by dotted keys: agent, robot, steps and iterations."""
+    """Settings that make the arm, by dotted keys: agent, robot, steps and iterations."""
     return flat({key: value for key, value in fixed.items() if key in ("agent", "robot", "loop")})
 
 
 def world_settings(fixed: Settings) -> Settings:
-    """What makes the world, by dotted keys. Where the learner was does not."""
+    """Settings that make the world, by dotted keys; where the learner ran is not among them."""
     rest = {key: value for key, value in fixed.items() if key not in ("agent", "robot", "loop", "seed", "learner")}
     return {key: value for key, value in flat(rest).items() if key not in ("env.engine", "env.note")}
 
 
 def flat(settings: Settings, prefix: str = "") -> Settings:
-    """{"agent": {"gamma": 1}} -> {"agent.gamma": 1}; lists stay whole."""
+    """Flatten {"agent": {"gamma": 1}} to {"agent.gamma": 1}; lists stay whole."""
     found: Settings = {}
     for key, value in settings.items():
         found |= flat(value, f"{prefix}{key}.") if isinstance(value, dict) else {prefix + key: value}
@@ -51,7 +52,7 @@ def labels(names: Sequence[str], settings: Sequence[Settings], presets: Sequence
         members = [index for index, other in enumerate(names) if other == name]
         which = {index: json.dumps(settings[index], sort_keys=True) for index in members}
         arms = {which[index]: {"scale": presets[index], **settings[index]} for index in reversed(members)}
-        keys = telling(list(arms.values()))
+        keys = distinguishing(list(arms.values()))
         shown = {key: short(key, {key for arm in arms.values() for key in arm}) for key in keys}
         values = {key: texts([arm.get(key, ABSENT) for arm in arms.values()]) for key in keys}
         for index in members:
@@ -61,13 +62,16 @@ def labels(names: Sequence[str], settings: Sequence[Settings], presets: Sequence
 
 
 def scene_name(env: Settings) -> str:
-    """What a world is called: its scene's name, its ROS map's file, or that one's folder where it is just map.yaml."""
+    """Name of a world: its scene's, its ROS map's file, or that file's folder where it is just map.yaml."""
     return endings(env["map"])[0] if env.get("map") else env["name"]
 
 
 def world_labels(envs: Sequence[Settings], worlds: Sequence[Settings]) -> list[str]:
-    """A label for the world of each run: the same for the same name and settings. envs: name and map; worlds: as
-    world_settings gives them. A world that is there again with its map in another place keeps the first one's name."""
+    """A label for the world of each run: the same for the same name and settings.
+
+    envs: name and map; worlds: as world_settings gives them. The same world with its map in another place keeps the
+    first one's name.
+    """
     worlds_named = [(scene_name(env), json.dumps(world, sort_keys=True)) for env, world in zip(envs, worlds)]
     first: dict[tuple[str, str], str] = {}
     for world, env in zip(worlds_named, envs):
@@ -75,28 +79,27 @@ def world_labels(envs: Sequence[Settings], worlds: Sequence[Settings]) -> list[s
     names = []
     for world in worlds_named:
         same = [path for other, path in first.items() if other[0] == world[0] and path]
-        names.append(told_apart(same)[first[world]] if first[world] else world[0])
+        names.append(distinct_names(same)[first[world]] if first[world] else world[0])
     return labels(names, worlds, [""] * len(names))
 
 
 def endings(path: str) -> list[str]:
-    """What a file may be called, from short to long: office, north/office ... Of a file map.yaml its folder stands for
-    it."""
+    """Names for a file, from short to long: office, north/office ... For map.yaml they begin with its folder."""
     whole = Path(path).resolve()
     parts = whole.with_suffix("").parts[1:]
     parts = parts[:-1] if parts[-1] == "map" and parts[:-1] else parts
     return [*("/".join(parts[-n:]) for n in range(1, len(parts) + 1)), whole.name, str(whole)]
 
 
-def told_apart(paths: Sequence[str]) -> dict[str, str]:
-    """For each path the shortest of its endings that no other path has."""
+def distinct_names(paths: Sequence[str]) -> dict[str, str]:
+    """Find for each path the shortest of its endings that no other path has."""
     names = {path: endings(path) for path in paths}
     taken = Counter(name for ways in names.values() for name in set(ways))
     return {path: next((name for name in ways if taken[name] == 1), path) for path, ways in names.items()}
 
 
-def telling(arms: Sequence[Settings]) -> list[str]:
-    """The fewest settings that tell all arms apart; for those that differ together the first, or their preset."""
+def distinguishing(arms: Sequence[Settings]) -> list[str]:
+    """Find the fewest settings that distinguish all arms; of those that differ together the first, or their preset."""
     splits: dict[tuple[int, ...], list[str]] = {}
     for key in dict.fromkeys(key for arm in arms for key in arm):
         values = tuple(text(arm.get(key, ABSENT)) for arm in arms)
@@ -122,9 +125,9 @@ def text(value: Any) -> str:
 
 
 def texts(values: Sequence[Any]) -> list[str]:
-    """Values of one setting in labels; paths by what tells them apart."""
+    """Values of one setting in labels; paths by their shortest distinct endings."""
     if all(isinstance(value, str) and os.sep in value for value in values):
-        return list(map(told_apart(values).__getitem__, values))
+        return list(map(distinct_names(values).__getitem__, values))
     return list(map(text, values))
 
 

@@ -23,7 +23,7 @@ PAST = "viridis_r"  # from pale to dark in the course of an episode, also in gre
 
 
 def beside(runs: Sequence[Run]) -> Figure:
-    """The first run's heatmap, then the curve of every run in a panel of its own; runs of one environment."""
+    """Draw the first run's heatmap, then the curve of every run in a panel of its own; runs of one environment."""
     wide, _ = floor_plans.figure_size(runs[0].plan, 3.4, 1.3)
     figure = Figure((2.0 + wide + 3.6 * len(runs), 3.6), layout="constrained")
     left, *rest = figure.subplots(1, 1 + len(runs), width_ratios=[1.2 + 0.8 * wide, *[3.0] * len(runs)])
@@ -37,7 +37,7 @@ def beside(runs: Sequence[Run]) -> Figure:
 
 
 def card(run: Run, others: Sequence[Run]) -> Figure:
-    """The run at a glance: its heatmap beside its curve (and the others', of the same environment) above its camera."""
+    """Draw a run at a glance: heatmap, its curve and the others' (of the same environment), first-person frames."""
     figure = Figure((8.6, 4.6), layout="constrained")
     above, below = figure.subfigures(2, 1, height_ratios=(3.5, 1.1), squeeze=False).flat
     wide, _ = floor_plans.figure_size(run.plan, 1.6, 0.4)
@@ -55,7 +55,7 @@ def card(run: Run, others: Sequence[Run]) -> Figure:
         axes.imshow(frame)
         axes.set_title(f"{number}", fontsize=7, pad=2)
         axes.set_axis_off()
-    below.suptitle(f"what the robot sees, episode {len(run.episodes) - 1}, by step", fontsize=8)
+    below.suptitle(f"camera, episode {len(run.episodes) - 1}, by step", fontsize=8)
     return figure
 
 
@@ -67,7 +67,7 @@ def strip(run: Run) -> tuple[np.ndarray, np.ndarray]:
 
 
 def trajectories(run: Run, episodes: Sequence[int]) -> Figure:
-    """The way of each of these episodes over the plan, from pale at its start to dark at its end."""
+    """Draw the path of each of these episodes over the plan, from pale at its start to dark at its end."""
     across = min(len(episodes), 4)
     down = -(-len(episodes) // across)
     wide, high = floor_plans.figure_size(run.plan, 3.4, 1.5)
@@ -76,7 +76,7 @@ def trajectories(run: Run, episodes: Sequence[int]) -> Figure:
     for axes, episode in zip(all_axes, episodes):
         pose = read_arrays(run.episodes[episode], ("pose",))["pose"]
         floor_plans.draw_plan(axes, run.plan)
-        lines = axes.add_collection(way(run.plan, pose))
+        lines = axes.add_collection(path_line(run.plan, pose))
         floor_plans.mark_places(axes, run.plan, 5.0)
         axes.plot(*floor_plans.frame(run.plan).transform(pose[-1, :2]), "o", color="#111827", markersize=4,
                   label="end of the episode", linestyle="none")
@@ -89,7 +89,7 @@ def trajectories(run: Run, episodes: Sequence[int]) -> Figure:
     return figure
 
 
-def way(plan: FloorPlan, pose: np.ndarray) -> LineCollection:
+def path_line(plan: FloorPlan, pose: np.ndarray) -> LineCollection:
     """A line from pose to pose, coloured by step. pose: (T+1, 3)."""
     place = floor_plans.frame(plan).transform(pose[:, :2])
     ends = np.stack([place[:-1], place[1:]], 1)

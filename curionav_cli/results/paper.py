@@ -49,7 +49,7 @@ MEAN_AREA = 52.43  # of the three apartments, m2
 COVERED = {"small_room": (140_000, 0.8, "over 80 % in 140 k steps (run 1)"),
            "large_lab": (600_000, 0.6, "60 % in 600 k steps")}
 OURS, THEIRS = ("lbs_dreamer",), ("cbet", "cbet_lifelong")
-LIVED = {"lbs_dreamer": "2 M", "cbet": "5 M"}  # in the apartments
+STEPS = {"lbs_dreamer": "2 M", "cbet": "5 M"}  # in the apartments
 FAR = 0.9  # of the cells are nearer to the start than the furthest area
 ROBOT = "turtlebot2i"  # the paper's
 DOCKED = {"small_room": "572 of 596 (96 %)", "large_lab": "758 of 1023 (74 %)"}
@@ -76,13 +76,13 @@ class Number(NamedTuple):
 
 
 def hyperparameters(paper: Settings, cpu: Settings) -> list[Row]:
-    """The appendix's table beside the composed settings of the agent at both scales."""
+    """Rows of the appendix's table beside the composed settings of the agent at both scales."""
     return [{"part": part, "name": name, "paper": value, "ours": paper[key], "cpu": cpu[key], "key": f"agent.{key}"}
             for part, name, value, key in HYPERPARAMETERS]
 
 
 def sizes(plans: Mapping[str, FloorPlan]) -> list[Row]:
-    """Cells and square metres of scenes as they load."""
+    """Rows of cells and square metres of scenes as they load, beside the paper's."""
     rows = []
     for env, plan in plans.items():
         cells, area = SIZES[env]
@@ -93,8 +93,11 @@ def sizes(plans: Mapping[str, FloorPlan]) -> list[Row]:
 
 
 def protocol(loop: Settings, robot: Settings, plans: Mapping[str, FloorPlan], repeat: int) -> Iterator[Number]:
-    """How lives are lived. loop, robot: composed settings of conf/config.yaml and robot=turtlebot2i; repeat: steps for
-    which scale=cpu holds an action."""
+    """Numbers of episodes, steps, cells and battery.
+
+    loop, robot: composed settings of conf/config.yaml and robot=turtlebot2i; repeat: steps for which scale=cpu holds
+    an action.
+    """
     lifelong, setup = 'section "Lifelong learning"', 'section "Experimental Results"'
     yield Number(lifelong, "steps of an episode, N", "500", f"{loop['steps']}", "", "conf/config.yaml")
     yield Number(lifelong, "iterations between episodes, K", "100", f"{loop['iterations']}", "", "conf/config.yaml")
@@ -114,7 +117,7 @@ def protocol(loop: Settings, robot: Settings, plans: Mapping[str, FloorPlan], re
 
 
 def areas(plans: Mapping[str, FloorPlan]) -> Iterator[Number]:
-    """Visitable states and surfaces."""
+    """Numbers of visitable states and surfaces in square metres."""
     rows = sizes(plans)
     for row in rows:
         source = f"conf/env/{row['env']}.yaml"
@@ -135,43 +138,43 @@ def areas(plans: Mapping[str, FloorPlan]) -> Iterator[Number]:
 
 
 def coverage(comparison: Comparison) -> Iterator[Number]:
-    """What every arm covered in the steps that were lived; the paper's number where the text has one."""
+    """Numbers of coverage of every arm, beside the paper's number where its text has one."""
     for field in comparison.fields:
-        for arm, lives in field.arms.items():
+        for arm, runs in field.arms.items():
             given = field.env in COVERED and comparison.arms[arm] == "lbs_dreamer"
-            home = field.env not in COVERED
-            where = "figure of the apartments" if home else 'section "Real world"'
-            lived = LIVED.get(comparison.arms[arm]) if home else None
-            curve = f"a curve, to {lived} steps" if lived else "nothing"
+            in_apartment = field.env not in COVERED
+            where = "figure of the apartments" if in_apartment else 'section "Real world"'
+            trained = STEPS.get(comparison.arms[arm]) if in_apartment else None
+            curve = f"a curve, to {trained} steps" if trained else "nothing"
             reached = mean_interval(field.shares(arm, np.array([field.horizon]))[:, 0])
             yield Number(where, f"coverage, {field.env}, {arm}", COVERED[field.env][2] if given else curve,
-                         f"{reached:.1%} after {field.horizon:,} steps", f"{len(lives)}", source(lives))
+                         f"{reached:.1%} after {field.horizon:,} steps", f"{len(runs)}", source(runs))
             if given:
-                yield from reached_in_time(field, arm, lives, *COVERED[field.env])
+                yield from reached_in_time(field, arm, runs, *COVERED[field.env])
         yield from against_cbet(field, comparison)
     for env in SIZES if comparison.fields else ():
         if env not in [field.env for field in comparison.fields]:
             real = env in COVERED
             yield Number('section "Real world"' if real else "figure of the apartments", f"coverage, {env}",
-                         COVERED[env][2] if real else f"curves, to {' and '.join(LIVED.values())} steps",
+                         COVERED[env][2] if real else f"curves, to {' and '.join(STEPS.values())} steps",
                          "no run was given", "0", "")
 
 
-def reached_in_time(field: Field, arm: str, lives: Sequence[RunSummary], steps: int, share: float, paper: str
+def reached_in_time(field: Field, arm: str, runs: Sequence[RunSummary], steps: int, share: float, paper: str
                     ) -> Iterator[Number]:
-    """Steps to the share that the paper names; in the small room also to the furthest area."""
-    needed = summary("steps_to", [life.curve.until(field.horizon).steps_to(share) for life in lives])
+    """Numbers of steps to the share that the paper names; in the small room also to the furthest area."""
+    needed = summary("steps_to", [run.curve.until(field.horizon).steps_to(share) for run in runs])
     until = "" if field.horizon >= steps else f", of {field.horizon:,} steps"
     yield Number('section "Real world"', f"steps to {share:.0%}, {field.env}, {arm}: median (runs that arrived)", paper,
-                 f"{needed:,.0f}{until}", f"{len(lives)}", source(lives))
+                 f"{needed:,.0f}{until}", f"{len(runs)}", source(runs))
     if field.env == "small_room":
-        first = summary("steps_to", [first_far(life.folder) for life in lives])
+        first = summary("steps_to", [first_far(run.folder) for run in runs])
         yield Number("figure of the small room", f"steps to the furthest area, {arm}: median (runs that arrived)",
-                     "only after 250 k steps (run 2)", f"{first:,.0f}", f"{len(lives)}", source(lives))
+                     "only after 250 k steps (run 2)", f"{first:,.0f}", f"{len(runs)}", source(runs))
 
 
 def first_far(folder: Path) -> int | None:
-    """The step that first ended in the tenth of the visitable cells that is furthest from the start."""
+    """Find the first step that ended in the tenth of visitable cells furthest from the start; None without one."""
     plan = FloorPlan.load(folder / "plan.npz")
     row, column = np.indices(plan.visitable.shape)
     away = np.hypot((column + 0.5) * plan.cell - plan.start.x, (row + 0.5) * plan.cell - plan.start.y)
@@ -200,13 +203,15 @@ def against_cbet(field: Field, comparison: Comparison) -> Iterator[Number]:
                              source([*field.arms[ours[0]], *field.arms[arm]]))
 
 
-def docking(lives: Sequence[RunSummary], runs: Sequence[RunFolder]) -> Iterator[Number]:
-    """Homecomings of ROBOT in `lives`, which hold them in their episodes, and in `runs` of curionav dock: how many
-    ended on the dock without a person."""
+def docking(runs: Sequence[RunSummary], trials: Sequence[RunFolder]) -> Iterator[Number]:
+    """Count the returns to dock of ROBOT that ended docked without a person's help.
+
+    runs: of curionav explore, whose episodes hold them; trials: of curionav dock.
+    """
     for env, paper in DOCKED.items():
-        here = {life.folder: list(homecomings(life.folder)) for life in lives
-                if (scene_name(life.env), life.arm.get("robot.name")) == (env, ROBOT)}
-        here |= {run.path: reports(run) for run in runs
+        here = {run.folder: list(dock_reports(run.folder)) for run in runs
+                if (scene_name(run.env), run.arm.get("robot.name")) == (env, ROBOT)}
+        here |= {run.path: reports(run) for run in trials
                  if (run.settings["env"]["name"], run.settings["robot"]["name"]) == (env, ROBOT)}
         here = {path: several for path, several in here.items() if several}
         found = [report for several in here.values() for report in several]
@@ -217,17 +222,17 @@ def docking(lives: Sequence[RunSummary], runs: Sequence[RunFolder]) -> Iterator[
                          f"{len(here)} run{'s' * (len(here) != 1)}", parents(list(here)))
 
 
-def homecomings(folder: Path) -> Iterator[DockReport]:
-    """Of every episode that began after one."""
+def dock_reports(folder: Path) -> Iterator[DockReport]:
+    """Read the return to dock before every episode that began with one."""
     for path in sorted((folder / "episodes").glob("*.npz")):
         plain = json.loads(str(read_arrays(path, ("action",), ("dock",)).get("dock", "null")))
         if plain:
             yield DockReport.of(plain)
 
 
-def source(lives: Sequence[RunSummary]) -> str:
-    """The sweeps that these runs are in."""
-    return parents([life.folder for life in lives])
+def source(runs: Sequence[RunSummary]) -> str:
+    """Name the sweeps that these runs are in."""
+    return parents([run.folder for run in runs])
 
 
 def parents(folders: Sequence[Path]) -> str:

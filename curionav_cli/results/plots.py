@@ -1,4 +1,4 @@
-"""Pictures: every function takes data and returns a figure; `save` writes it, same bytes every time."""
+"""Figures of runs: every function takes data and returns a figure; `save` writes it, same bytes every time."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ STYLES = {
     "lbs_dreamer": Look("#0b5fa5", "-", "o"), "random": Look("#8a8a8a", ":", "s"),
     "sticky": Look("#b7791f", "-.", "^"), "bounce": Look("#c2410c", "--", "D"),
     "frontier": Look("#15803d", (0, (1, 1)), "v"), "cbet": Look("#be185d", (0, (5, 1)), "P"),
-    "cbet_lifelong": Look("#7f1d1d", (0, (3, 1, 1, 1, 1, 1)), "X"),
+    "cbet_lifelong": Look("#7f1d1d", (0, (3, 1, 1, 1, 1, 1)), "X"), "mapper": Look("#0f766e", "-", "d"),
 }
 OTHERS = (  # for agents of other names, and for all but the first arm of one agent
     Look("#6d28d9", (0, (5, 1, 1, 1)), "<"), Look("#0e7490", (0, (2, 2)), ">"), Look("#111827", (0, (7, 2, 2, 2)), "p"),
@@ -60,7 +60,7 @@ matplotlib.rcParams.update({
 
 
 def save(figure: Figure, path: Path) -> None:
-    """PNG and PDF beside each other, finished or absent, without dates in them; their folder is made."""
+    """Write PNG and PDF beside each other, finished or absent, without dates in them; their folder is made."""
     path.parent.mkdir(parents=True, exist_ok=True)
     settle(figure)
     for kind, metadata in (("png", {"Software": None}), ("pdf", {"CreationDate": None})):
@@ -68,7 +68,7 @@ def save(figure: Figure, path: Path) -> None:
 
 
 def heatmap(coverage: Coverage, title: str) -> Figure:
-    """Visits of every cell over the floor plan, on a log scale; start and dock are marked."""
+    """Draw visits of every cell over the floor plan, on a log scale; start and dock are marked."""
     plan = coverage.plan
     wide, high = floor_plans.figure_size(plan, 5.0, 2.4)
     lines = wrapped(title, 2.0 + wide)
@@ -84,7 +84,7 @@ def heatmap(coverage: Coverage, title: str) -> Figure:
 
 
 def heatmaps(runs: Sequence[Run]) -> Figure:
-    """The heatmaps of several runs side by side, on one scale."""
+    """Draw the heatmaps of several runs side by side, on one scale."""
     most = max(int(blocks(run.coverage).max()) for run in runs)
     across = min(len(runs), 4)
     down = -(-len(runs) // across)
@@ -103,7 +103,7 @@ def heatmaps(runs: Sequence[Run]) -> Figure:
 
 
 def draw_heatmap(axes: Axes, coverage: Coverage, title: str, most: int) -> AxesImage:
-    """Plan, visits (the image that is returned) and, above them, the walls, which a square of many cells would hide."""
+    """Draw plan, visits (the image that is returned) and above them the walls, which large squares would hide."""
     plan, visits = coverage.plan, blocks(coverage)
     floor_plans.draw_plan(axes, plan)
     image = floor_plans.draw_grid(axes, plan, np.ma.masked_equal(visits, 0), block_side(plan), cmap=VISITS,
@@ -115,7 +115,7 @@ def draw_heatmap(axes: Axes, coverage: Coverage, title: str, most: int) -> AxesI
 
 
 def add_scale(figure: Figure | SubFigure, all_axes: Sequence[Axes], image: AxesImage, coverage: Coverage) -> None:
-    """What the colours mean: right of the plans, below those of corridors."""
+    """Add the colour scale: right of the plans, below those of corridors."""
     wide, high = floor_plans.size_of(coverage.plan)
     bar = figure.colorbar(image, ax=all_axes, shrink=0.8, label=visits_label(coverage), panchor=False,
                           location="bottom" if wide > 5 * high else "right", format=StrMethodFormatter("{x:,.0f}"))
@@ -128,7 +128,7 @@ def visits_label(coverage: Coverage) -> str:
 
 
 def block_side(plan: FloorPlan) -> int:
-    """How many cells a drawn square is wide: more than one in a large building, so that it can be seen."""
+    """Cells on a side of a drawn square: more than one in a large building, so that it can be seen."""
     longest = max(part.stop - part.start for part in floor_plans.window(plan))
     return max(1, round(longest / DRAWN))
 
@@ -142,7 +142,7 @@ def blocks(coverage: Coverage) -> np.ndarray:
 
 
 def looks(arms: dict[str, str]) -> dict[str, Look]:
-    """A look for each arm (label -> agent): that of its variant, else the agent's own, else one that no arm has yet."""
+    """Choose a look for each arm (label -> agent): its variant's, else the agent's own, else one that is free."""
     found: dict[str, Look] = {}
     for arm, agent in arms.items():
         variants = [OTHERS[VARIANTS[word]] for word in arm.split()[1:] if word in VARIANTS]
@@ -153,7 +153,7 @@ def looks(arms: dict[str, str]) -> dict[str, Look]:
 
 
 def curves(runs: Sequence[Run], title: str) -> Figure:
-    """Visited cells (left) and their share (right) over steps, the number of cells as a dotted line."""
+    """Draw visited cells (left) and their share (right) over steps, the number of cells as a dotted line."""
     figure = Figure((6.4, 3.8), layout="constrained")
     axes = figure.add_subplot()
     draw_curves(axes, runs, wrapped(title, 5.6))
@@ -162,7 +162,7 @@ def curves(runs: Sequence[Run], title: str) -> Figure:
 
 
 def draw_curves(axes: Axes, runs: Sequence[Run], title: str) -> None:
-    """Both scales into one panel; each agent is named once."""
+    """Draw both scales into one panel; each agent is named once."""
     look = looks({run.agent: run.config["agent"]["name"] for run in runs})
     named: set[str] = set()
     for run in runs:

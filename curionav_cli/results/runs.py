@@ -1,4 +1,4 @@
-"""A finished or running run, as results see it: what was set, what was lived, what it covered."""
+"""A finished or running run, as results read it: settings, episodes, coverage, cost."""
 
 from __future__ import annotations
 
@@ -48,12 +48,12 @@ class Run:
 
     @property
     def env(self) -> str:
-        """The scene's or map's name; where `tell_apart` found runs in others of that name, what is its own too."""
+        """The scene's or map's name; with the settings that distinguish it, once `distinguish` has run."""
         return self.world or scene_name(self.config["env"])
 
     @property
     def state(self) -> str:
-        """running, done, failed or interrupted; unknown where status.json is broken."""
+        """One of running, done, failed, interrupted; unknown where status.json is broken."""
         try:
             return self.folder.state
         except RunFolderError:
@@ -61,7 +61,7 @@ class Run:
 
     @property
     def agent(self) -> str:
-        """Its name, and what `tell_apart` found to be its own among runs of one agent."""
+        """The agent's name, with the settings that distinguish it, once `distinguish` has run."""
         return self.config["agent"]["name"] + self.variant
 
     @property
@@ -70,7 +70,7 @@ class Run:
 
     @property
     def preset(self) -> str:
-        """The scale that its settings came from."""
+        """The scale (cpu, paper) that its settings came from."""
         return self.config["scale"]
 
     @property
@@ -83,26 +83,26 @@ class Run:
 
     @cached_property
     def readable(self) -> Readable:
-        """Raises RunFolderError where the run has no plan: then nothing can be shown."""
+        """The part that can be shown. Raises RunFolderError where the run has no plan: then nothing can."""
         return readable(self.folder, self.plan, self.rule, self.denominator)
 
     @property
     def coverage(self) -> Coverage:
-        """Of the episodes up to the first that is missing or broken."""
+        """Coverage of the episodes up to the first that is missing or broken."""
         return self.readable.coverage
 
     @property
     def episodes(self) -> list[Path]:
-        """The files of those episodes."""
+        """Files of the episodes up to the first that is missing or broken."""
         return [self.folder.episode_path(index) for index in range(len(self.readable.ends) - 1)]
 
     @property
-    def foresights(self) -> dict[int, Path]:
-        """What the agent expected of these episodes, by episode; none where it predicts nothing."""
+    def predictions(self) -> dict[int, Path]:
+        """Files of the agent's predictions of these episodes, by episode; none where it predicts nothing."""
         return {index: path for index, path in self.folder.foresight_paths().items() if index < len(self.episodes)}
 
     def poses(self) -> list[np.ndarray]:
-        """(T+1, 3) of each of these episodes."""
+        """Read the poses (T+1, 3) of each of these episodes, metres and radians."""
         return [read_arrays(path, ("pose",))["pose"] for path in self.episodes]
 
     @cached_property
@@ -110,10 +110,10 @@ class Run:
         return self.coverage.curve()
 
     def row(self) -> dict[str, Any]:
-        """One line of a table; shares between 0 and 1, missing numbers as None."""
+        """Make a row of a table; shares between 0 and 1, missing numbers as None."""
         metrics = self.folder.metrics()
         status = self.readable.status
-        mix, cut = self.habits()
+        mix, cut = self.action_mix()
         steps = max(1, mix.total())
         return {
             "env": self.env, "agent": self.agent, "seed": self.seed, "state": self.state,
@@ -122,15 +122,15 @@ class Run:
             "coverage": self.coverage.share, "area_under_curve": self.curve.area(),
             **{f"steps_to_{share:.0%}".replace("%", ""): self.curve.steps_to(share) for share in (0.5, 0.8, 0.9)},
             **{name: mix[index] / steps for index, name in enumerate(ACTION_NAMES)},
-            "cancelled": cut / mix[FORWARD] if mix[FORWARD] else None, **homecomings(metrics),
+            "cancelled": cut / mix[FORWARD] if mix[FORWARD] else None, **dock_returns(metrics),
             **{key: known(sums[-1]) for key, sums in spent(metrics).items()},
             "seconds_acting": sum(row["seconds_acting"] for row in metrics),
             "seconds_learning": sum(row["seconds_learning"] for row in metrics),
             "error": status.get("error"), "folder": str(self.folder.path),
         }
 
-    def habits(self) -> tuple[Counter[int], int]:
-        """How often the run took each action, and how many moves ahead were cut short."""
+    def action_mix(self) -> tuple[Counter[int], int]:
+        """Count each action, and the forward moves that were cut short or cancelled."""
         mix, cut = Counter[int](), 0
         for path in self.episodes:
             acted = read_arrays(path, ("action", "collided"))
@@ -139,15 +139,14 @@ class Run:
         return mix, cut
 
 
-def homecomings(metrics: list[dict[str, Any]]) -> dict[str, int]:
-    """How often the robot docked, and how often a person carried it; nothing of one that never had to."""
+def dock_returns(metrics: list[dict[str, Any]]) -> dict[str, int]:
+    """Count how often the robot docked and how often a person carried it; {} where it has no dock."""
     rows = [row for row in metrics if "docked" in row]
     return {name: sum(row[name] for row in rows) for name in ("docked", "carried") if rows}
 
 
-def tell_apart(runs: Sequence[Run]) -> None:
-    """Runs of one agent, or in one scene, with different settings of it get into their name what tells them apart:
-    'cbet view=ego', 'small_room camera=0.9'."""
+def distinguish(runs: Sequence[Run]) -> None:
+    """Add to names of agents and scenes what distinguishes runs: 'cbet view=ego', 'small_room camera=0.9'."""
     agents = [run.config["agent"] for run in runs]
     names = [agent["name"] for agent in agents]
     for run, name, label in zip(runs, names, labels(names, list(map(flat, agents)), [run.preset for run in runs])):
@@ -158,13 +157,13 @@ def tell_apart(runs: Sequence[Run]) -> None:
 
 
 def job_number(name: str) -> tuple[int, str]:
-    """Sorts 2_small_room_random_0 before 10_small_room_random_8."""
+    """Sort key by which 2_small_room_random_0 comes before 10_small_room_random_8."""
     number = name.split("_")[0]
     return (int(number) if number.isdecimal() else -1, name)
 
 
 def spent(metrics: list[dict[str, Any]]) -> dict[str, np.ndarray]:
-    """Every part of the budget after 0 to E episodes, (E + 1,); nan from where it was not noted."""
+    """Sum every part of the budget after 0 to E episodes, (E + 1,); nan from where it was not noted."""
     each = {key: [[row.get(part, np.nan) for part in parts] for row in metrics] for key, parts in SECONDS.items()}
     return {**{key: np.cumsum([0.0, *(sum(parts) for parts in rows)]) for key, rows in each.items()},
             **{key: np.array([0.0, *(row.get(part, np.nan) for row in metrics)]) for key, part in COUNTED.items()}}

@@ -27,24 +27,24 @@ COLUMNS: Columns = (
 
 
 def percent(share: float) -> str:
-    """'45.4%'; never 0.0% of something, nor 100.0% of less than all: 263 of 700,000 cells are 0.038%."""
+    """Write a share as '45.4%'; never 0.0% of something, nor 100.0% of less than all (263 of 700,000 are 0.038%)."""
     if 0 < share < 0.0005:
         return f"{np.format_float_positional(100 * share, 2, fractional=False, trim='-')}%"
     return f"{min(share, 0.999) if share < 1 else share:.1%}"
 
 
 def written(form: str, value: Any) -> str:
-    """A value as a column's form says, and a small or an almost whole share as `percent`."""
+    """Write a value in a column's form; shares as `percent` does."""
     return percent(value) if form == "{:.1%}" and isinstance(value, float) else form.format(value)
 
 
 def cells(row: Row, columns: Columns = COLUMNS) -> list[str]:
-    """One row as a person reads it; what is not known is a dash."""
+    """Write one row as a person reads it; what is not known is a dash."""
     return [written(form, row[key]) if row.get(key) is not None else "-" for _, key, form in columns]
 
 
 def meaning(rows: Sequence[Row]) -> str:
-    """The line under every table: which marking rule and which denominator it counts by."""
+    """Name the marking rules and denominators of these rows: the line under every table."""
     counted = sorted({(row["marking"], row["denominator"]) for row in rows})
     return "; ".join(counted_by(rule, denominator) for rule, denominator in counted)
 
@@ -54,13 +54,13 @@ def counted_by(rule: str, denominator: str) -> str:
 
 
 def markdown(rows: Sequence[Row], columns: Columns = COLUMNS, below: str = "") -> str:
-    """below: the line under it; without one, how visits are counted."""
+    """Write a Markdown table. below: the line under it; without one, how visits are counted."""
     lines = [[heading for heading, _, _ in columns], ["---"] * len(columns), *(cells(row, columns) for row in rows)]
     return "\n".join(f"| {' | '.join(line)} |" for line in lines) + f"\n\n{below or meaning(rows)}\n"
 
 
 def latex(rows: Sequence[Row], columns: Columns, caption: str) -> str:
-    """A table for \\usepackage{booktabs}: numbers to the right, words to the left."""
+    """Write a LaTeX table for booktabs: numbers to the right, words to the left."""
     body = [cells(row, columns) for row in rows]
     sides = "".join("l" if form == "{}" else "r" for _, _, form in columns)
     lines = ["\\begin{table}", "\\centering", f"\\caption{{{escaped(caption)}}}", f"\\begin{{tabular}}{{{sides}}}",
@@ -74,12 +74,12 @@ def tex_line(words: Sequence[str]) -> str:
 
 
 def escaped(text: str) -> str:
-    """Plain text as LaTeX shows it; for backslash, caret and tilde a dash."""
+    """Escape plain text for LaTeX; backslash, caret and tilde become a dash."""
     return re.sub(r"[&%$#_{}]", r"\\\g<0>", re.sub(r"[\\^~]", "-", text))
 
 
 def comma_separated(rows: Sequence[Row]) -> str:
-    """Tidy CSV with every key, plain numbers; of an estimate its value as KEY, its bounds as KEY_low and KEY_high."""
+    """Write tidy CSV with every key and plain numbers; bounds of an estimate as KEY_low and KEY_high."""
     tidy = [spread(row) for row in rows]
     text = io.StringIO()
     writer = csv.DictWriter(text, list(dict.fromkeys(key for row in tidy for key in row)), lineterminator="\n")
@@ -89,7 +89,7 @@ def comma_separated(rows: Sequence[Row]) -> str:
 
 
 def spread(row: Row) -> Row:
-    """A named tuple in a cell as a cell for each of its parts, the first under the row's own key."""
+    """Split a named tuple in a cell into a cell for each part, the first under the row's own key."""
     found: Row = {}
     for key, value in row.items():
         parts = list(value._asdict().items()) if hasattr(value, "_asdict") else []

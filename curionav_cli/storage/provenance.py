@@ -13,7 +13,7 @@ from typing import Any
 
 import yaml
 
-from curionav_cli.storage.run_folder import LOADER
+from curionav_cli.safe_yaml import LOADER
 
 PACKAGES = ("curionav", "numpy", "torch", "gymnasium", "hydra-core", "opencv-python-headless")
 

@@ -32,8 +32,7 @@ import yaml
 from curionav_cli.errors import RunFolderError, SoundnessWarning
 from curionav_cli.files import read_arrays, read_json, sealed, write_whole
 from curionav_cli.records import Episode, FloorPlan, Foresight
-
-LOADER = getattr(yaml, "CSafeLoader", yaml.SafeLoader)  # ten times as fast, where libyaml is
+from curionav_cli.safe_yaml import LOADER
 
 
 class RunFolder:

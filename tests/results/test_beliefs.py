@@ -1,4 +1,4 @@
-"""True and believed paths of a run, and what metrics say of them."""
+"""True and estimated paths of a run, and the error of the estimate in its metrics."""
 
 from dataclasses import replace
 
@@ -7,7 +7,7 @@ import pytest
 
 from curionav_cli.execution.recorder import belief
 from curionav_cli.results import beliefs
-from curionav_cli.results.runs import Run, homecomings
+from curionav_cli.results.runs import Run, dock_returns
 from curionav_cli.storage.run_folder import RunFolder
 
 SETTINGS = "env: {name: lab}\nagent: {name: bounce}\nrobot: {name: turtlebot2i}\nseed: 3\nscale: cpu\n"
@@ -15,7 +15,7 @@ SETTINGS = "env: {name: lab}\nagent: {name: bounce}\nrobot: {name: turtlebot2i}\
 
 @pytest.fixture
 def robots_run(tmp_path, an_episode, a_plan):
-    """Three episodes of a robot that believes to be 0.3 m farther east; it was carried home before the third."""
+    """Three episodes of a robot whose estimate is 0.3 m too far east; it was carried to the dock before the third."""
     folder = RunFolder(tmp_path)
     folder.create(SETTINGS, {}, {}, a_plan())
     for index, dock in enumerate([None, {"code": "docked", "human": False, "attempts": 2},
@@ -25,12 +25,12 @@ def robots_run(tmp_path, an_episode, a_plan):
     return Run(folder)
 
 
-def test_each_episode_has_a_panel_with_both_paths_and_how_it_came_home(robots_run):
+def test_each_episode_has_a_panel_with_both_paths_and_how_the_robot_returned(robots_run):
     figure = beliefs.paths(robots_run)
     titles = [axes.get_title() for axes in figure.axes]
     assert titles == ["0: first start", "1: docked, attempt 2", "2: dock_not_seen, carried"]
     drawn = {line.get_label(): line.get_xdata() for line in figure.axes[0].lines}
-    assert drawn["where it believed to be"] == pytest.approx(drawn["where it was"] + 0.3)
+    assert drawn["estimated path"] == pytest.approx(drawn["true path"] + 0.3)
 
 
 def test_the_paths_of_an_ideal_robot_are_not_drawn(tmp_path, an_episode, a_plan):
@@ -40,11 +40,11 @@ def test_the_paths_of_an_ideal_robot_are_not_drawn(tmp_path, an_episode, a_plan)
     assert beliefs.paths(Run(folder)) is None
 
 
-def test_metrics_say_how_far_off_it_was_and_how_it_came_home(an_episode):
+def test_metrics_hold_the_error_of_the_estimate_and_how_the_robot_returned(an_episode):
     plain = an_episode()
     robot = replace(plain, estimate=plain.pose + [0.3, 0.4, 2 * np.pi - 0.1], dock={"human": True})
     assert belief(plain) == {}
     assert belief(robot) == pytest.approx({"position_error": 0.5, "yaw_error": np.degrees(0.1), "docked": False,
                                            "carried": True})
     rows = [{}, belief(robot), belief(replace(robot, dock={"human": False}))]
-    assert homecomings(rows) == {"docked": 1, "carried": 1} and homecomings([{}]) == {}
+    assert dock_returns(rows) == {"docked": 1, "carried": 1} and dock_returns([{}]) == {}

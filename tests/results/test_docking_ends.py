@@ -1,4 +1,4 @@
-"""Every way in which a homecoming can end has a colour of its own in the figure of arrivals."""
+"""Every way in which a return to dock can end has a colour of its own in the figure of arrivals."""
 
 from curionav_cli.results.docking_plots import COLOURS
 from curionav_cli.robot.docking.action import Code

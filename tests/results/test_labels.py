@@ -2,7 +2,7 @@
 
 import pytest
 
-from curionav_cli.results.labels import arm_settings, differences, labels, told_apart, world_labels, world_settings
+from curionav_cli.results.labels import arm_settings, differences, distinct_names, labels, world_labels, world_settings
 
 PLAIN = {"agent": {"name": "lbs_dreamer", "curiosity": "lbs", "gamma": 0.95, "steps": 3},
          "robot": {"name": "ideal"}, "loop": {"steps": 500, "iterations": 100},
@@ -69,7 +69,7 @@ def test_a_setting_that_an_older_version_did_not_have_and_a_long_one():
     assert first != second and len(first) < 40
 
 
-def test_agents_of_different_names_are_not_told_apart_by_their_settings():
+def test_agents_of_different_names_are_not_distinguished_by_their_settings():
     runs = [PLAIN, changed("agent.curiosity", "none"), PLAIN]
     assert labels(["a", "a", "b"], [arm_settings(run) for run in runs], ["cpu"] * 3) == [
         "a curiosity=lbs", "a curiosity=none", "b"]
@@ -91,12 +91,12 @@ def worlds_of(*paths, radius=None):
     (["a/office.yaml", "a_moved/office.yaml"], ["office", "office"]),  # the same cells
     (["office.yaml", "Office/office.yml"], ["data/office", "Office/office"]),
 ])
-def test_maps_of_one_name_are_told_apart_by_the_shortest_ending_of_their_paths(paths, said):
+def test_maps_of_one_name_are_distinguished_by_the_shortest_ending_of_their_paths(paths, said):
     assert worlds_of(*paths) == said
 
 
-def test_files_that_differ_in_their_extension_only_are_told_apart():
-    assert told_apart(["/d/office.yaml", "/d/office.yml"]) == {"/d/office.yaml": "office.yaml",
+def test_files_that_differ_in_their_extension_only_are_distinguished():
+    assert distinct_names(["/d/office.yaml", "/d/office.yml"]) == {"/d/office.yaml": "office.yaml",
                                                                "/d/office.yml": "office.yml"}
 
 

@@ -9,7 +9,7 @@ from matplotlib.colors import to_rgb
 
 from curionav_cli.errors import RunFolderError
 from curionav_cli.results import plots, tables
-from curionav_cli.results.runs import Run, tell_apart
+from curionav_cli.results.runs import Run, distinguish
 from curionav_cli.storage.run_folder import RunFolder
 
 
@@ -94,16 +94,16 @@ def test_what_is_no_run_is_refused(tmp_path):
         Run.open(tmp_path)
 
 
-def test_variants_of_one_agent_are_told_apart(tmp_path, a_run):
+def test_variants_of_one_agent_are_distinguished(tmp_path, a_run):
     runs = [a_run("cbet", seed) for seed in range(3)] + [a_run("random", seed) for seed in (0, 1)]
     for run, view in zip(runs, ("pano", "ego", "ego"), strict=False):
         run.config["agent"] |= {"view": view, "lr": 0.1, "reward": "cbet"}
-    tell_apart(runs)
+    distinguish(runs)
     names = ["cbet view=pano", "cbet view=ego", "cbet view=ego", "random", "random"]
     assert [run.agent for run in runs] == names and runs[1].row()["agent"] == "cbet view=ego"
     looks = plots.looks({run.agent: run.config["agent"]["name"] for run in runs})
     assert list(looks) == names[:1] + names[2:4] and len(set(looks.values())) == 3
     axes = plots.curves(runs, "title").axes[0]
     assert [line.get_label() for line in axes.lines if not line.get_label().startswith("_")] == list(looks)
-    tell_apart(runs[1:])
+    distinguish(runs[1:])
     assert runs[1].agent == "cbet"

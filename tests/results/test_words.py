@@ -49,7 +49,7 @@ def printed(width: int, terminal: bool, count: int) -> str:
     return console.file.getvalue()  # type: ignore[attr-defined]
 
 
-def test_a_file_gets_every_column_and_a_terminal_is_told_how_many_are_left_out() -> None:
+def test_a_file_gets_every_column_and_a_terminal_a_line_about_those_left_out() -> None:
     whole = printed(140, False, 30)
     assert "heading 29" in whole and "wider" not in whole and len(whole.strip().splitlines()) == 3
     assert "20 more columns need a wider terminal." in printed(130, True, 30)
@@ -62,13 +62,13 @@ def test_names_of_files_keep_letters_and_stay_short_enough_for_a_disk() -> None:
     assert len(names) == 3 and max(len(name.encode()) for name in names) < 140
 
 
-def test_where_nobody_came_to_the_dock_there_is_no_legend() -> None:
+def test_without_an_arrival_at_the_dock_there_is_no_legend() -> None:
     axes = docking_plots.arrivals([REPORT], 30.0, 2.0, 0.18, "0 of 1 docked").axes[0]
     assert axes.get_legend() is None and axes.get_title() == "0 of 1 docked"
 
 
-def test_homecomings_in_two_maps_of_one_name_are_named_by_their_folders(tmp_path: Path, a_plan) -> None:
-    """fixed.json knows the cells of a map and not where it lies."""
+def test_returns_to_dock_in_two_maps_of_one_name_are_named_by_their_folders(tmp_path: Path, a_plan) -> None:
+    """fixed.json holds the cells of a map and not its path."""
     runs = []
     for where in ("north", "south"):
         run = RunFolder(tmp_path / where)

@@ -29,7 +29,7 @@ from curionav_cli.agents.cbet.rewards import REWARDS
 from curionav_cli.agents.cbet.rewards.reward import RewardContext
 from curionav_cli.agents.cbet.transitions import Transitions
 from curionav_cli.agents.cbet.unrolls import Acted, Unroll, cut, together
-from curionav_cli.agents.device import keep_memory, repeatable, resolve_device
+from curionav_cli.agents.device import keep_freed_memory, repeatable, resolve_device
 from curionav_cli.agents.meter import Meter, finite
 from curionav_cli.errors import RunFailed
 from curionav_cli.records import Episode
@@ -50,7 +50,7 @@ class CBET(Agent):
         super().__init__(seed)
         self.hyper, self.device, self.plan = hyper, resolve_device(device), world.plan
         repeatable(self.device)
-        keep_memory()
+        keep_freed_memory()
         weights, numbers = (int(n) for n in self.rng.integers(2**62, size=2))
         networks = build_networks(hyper, torch.Generator().manual_seed(weights), self.device)
         reward = REWARDS[hyper.reward.value](RewardContext(hyper, world, engine, seed, numbers), networks.reward)

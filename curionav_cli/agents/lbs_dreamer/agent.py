@@ -11,13 +11,12 @@ import torch
 from torch import Tensor
 
 from curionav_cli.agents.agent import Agent
-from curionav_cli.agents.device import repeatable, resolve_device
+from curionav_cli.agents.device import keep_freed_memory, repeatable, resolve_device
 from curionav_cli.agents.lbs_dreamer import settings as lbs_settings
 from curionav_cli.agents.lbs_dreamer.checkpoint import load_learner, save_learner
 from curionav_cli.agents.lbs_dreamer.compile import fuse, recorder, way
 from curionav_cli.agents.lbs_dreamer.device_replay import DeviceReplay, room_on
 from curionav_cli.agents.lbs_dreamer.learner import Learner, build_networks
-from curionav_cli.agents.lbs_dreamer.memory import keep_freed_memory
 from curionav_cli.agents.lbs_dreamer.open_loop import predict_episode
 from curionav_cli.agents.lbs_dreamer.rssm import State
 from curionav_cli.agents.lbs_dreamer.world_model import Sequences

@@ -1,4 +1,4 @@
-"""Rows of a comparison: what each arm reached, by how much arms differ, and what is not sure about it."""
+"""Rows of a comparison: what each arm reached, by how much arms differ, and how uncertain it is."""
 
 from __future__ import annotations
 
@@ -18,13 +18,13 @@ ENOUGH = 5  # seeds: below, an interval is hardly worth its name
 
 
 def run_rows(comparison: Comparison, at: Sequence[int]) -> Iterator[Row]:
-    """One row for each run, those that were left out included, with its measures where it was compared."""
+    """Make a row for each run, those that were left out included, with its measures where it was compared."""
     horizons = {field.env: field.horizon for field in comparison.fields}
-    for life, (env, arm) in comparison.names.items():
-        out = comparison.left_out.get(life, "")
-        compared = {} if out else {"compared_steps": horizons[env], **measures(life, horizons[env], at)}
-        yield {"env": env, "arm": arm, "seed": life.seed, "state": life.state, "steps": life.steps, **compared,
-               "left_out": out, "gaps": "; ".join(life.gaps), "error": life.error, "folder": str(life.folder)}
+    for run, (env, arm) in comparison.names.items():
+        out = comparison.left_out.get(run, "")
+        compared = {} if out else {"compared_steps": horizons[env], **measures(run, horizons[env], at)}
+        yield {"env": env, "arm": arm, "seed": run.seed, "state": run.state, "steps": run.steps, **compared,
+               "left_out": out, "gaps": "; ".join(run.gaps), "error": run.error, "folder": str(run.folder)}
 
 
 class Reached(NamedTuple):
@@ -40,16 +40,16 @@ class Reached(NamedTuple):
 
 
 def arm_rows(comparison: Comparison, at: Sequence[int]) -> Iterator[Row]:
-    """One row for each arm in each environment."""
+    """Make a row for each arm in each environment."""
     for field in comparison.fields:
-        for arm, lives in field.arms.items():
-            rows = [measures(life, field.horizon, at) for life in lives]
-            yield {"env": field.env, "arm": arm, "n": len(lives), "steps": field.horizon,
+        for arm, runs in field.arms.items():
+            rows = [measures(run, field.horizon, at) for run in runs]
+            yield {"env": field.env, "arm": arm, "n": len(runs), "steps": field.horizon,
                    **{key: summary(key, [row[key] for row in rows]) for key in rows[0]}}
 
 
 def summary(key: str, values: list[float | None]) -> Any:
-    """Mean and interval; of a cost the mean alone, where all are known; of steps the median, where most arrived."""
+    """Mean and interval of a measure; of a cost the mean, where all are known; of steps the median, as Reached."""
     known = np.array([np.inf if value is None else value for value in values])
     if key.startswith(("coverage", "area")):
         return mean_interval(known)
@@ -78,14 +78,14 @@ def pair_rows(comparison: Comparison, baseline: str | None, rng: np.random.Gener
 
 
 def pairs(arms: list[str], baseline: str | None) -> list[tuple[str, str]]:
-    """(ours, theirs): every two arms in order of appearance, or every other one beside the baseline."""
+    """Pairs (ours, theirs): every two arms in order of appearance, or every other one beside the baseline."""
     if baseline is None:
         return list(combinations(arms, 2))
     return [(arm, baseline) for arm in arms if arm != baseline] if baseline in arms else []
 
 
 def overall_rows(comparison: Comparison, rng: np.random.Generator) -> Iterator[Row]:
-    """The interquartile mean of every arm over the runs of all environments in which every arm lived."""
+    """The interquartile mean of every arm over the runs of all environments that every arm has runs in."""
     for arm in comparison.arms if comparison.common else ():
         strata = [field.scores(arm) for field in comparison.common]
         yield {"arm": arm, "n": sum(map(len, strata)), "environments": len(strata),
@@ -99,22 +99,22 @@ def profiles(comparison: Comparison, thresholds: np.ndarray, rng: np.random.Gene
 
 
 def notes(comparison: Comparison, baseline: str | None) -> Iterator[str]:
-    """What a reader of the numbers has to know, a line each."""
-    for life, why in comparison.left_out.items():
-        env, arm = comparison.names[life]
-        yield f"LEFT OUT: {env}, {arm}, seed {life.seed} ({life.state}): {why}. {life.folder} {life.error}".rstrip()
-    for life in comparison.names:
-        yield from (f"GAP: {gap}" for gap in life.gaps)
-        if life not in comparison.left_out and life.state != "done":
-            env, arm = comparison.names[life]
-            yield f"Not finished ({life.state}), but long enough: {env}, {arm}, seed {life.seed}. {life.error}".rstrip()
+    """Caveats for a reader of the numbers, a line each."""
+    for run, why in comparison.left_out.items():
+        env, arm = comparison.names[run]
+        yield f"LEFT OUT: {env}, {arm}, seed {run.seed} ({run.state}): {why}. {run.folder} {run.error}".rstrip()
+    for run in comparison.names:
+        yield from (f"GAP: {gap}" for gap in run.gaps)
+        if run not in comparison.left_out and run.state != "done":
+            env, arm = comparison.names[run]
+            yield f"Not finished ({run.state}), but long enough: {env}, {arm}, seed {run.seed}. {run.error}".rstrip()
     for field in comparison.fields:
-        longest = max(life.steps for life, (env, _) in comparison.names.items() if env == field.env)
+        longest = max(run.steps for run, (env, _) in comparison.names.items() if env == field.env)
         if longest > field.horizon:
             yield (f"{field.env}: compared up to {field.horizon:,} steps, which every run has; the longest has "
                    f"{longest:,}.")
-    few = [f"{arm} in {field.env} ({len(lives)})" for field in comparison.fields for arm, lives in field.arms.items()
-           if len(lives) < ENOUGH]
+    few = [f"{arm} in {field.env} ({len(runs)})" for field in comparison.fields for arm, runs in field.arms.items()
+           if len(runs) < ENOUGH]
     if few:
         yield f"WARNING: fewer than {ENOUGH} seeds, so that the intervals say little: {', '.join(few)}."
     for field in comparison.fields:
@@ -126,5 +126,5 @@ def notes(comparison: Comparison, baseline: str | None) -> Iterator[str]:
                 yield f"{field.env}: {ours} and {theirs} covered the same in every shared seed."
     missing = [field.env for field in comparison.fields if field not in comparison.common]
     if missing:
-        yield f"Not every arm lived in {', '.join(missing)}: " + (
+        yield f"Not every arm has runs in {', '.join(missing)}: " + (
             "left out of what is said over all runs." if comparison.common else "nothing is said over all runs.")

@@ -1,4 +1,4 @@
-"""A comparison as one page that needs nothing else: figures, film, style and script are inside it.
+"""A comparison as one self-contained HTML page: figures, film, style and script are inside it.
 
 It opens from a disk and on a phone, asks the network for nothing, and its tables sort by a click on a heading.
 """
@@ -37,7 +37,7 @@ class Section(NamedTuple):
 
 
 def page(title: str, question: str, sections: Sequence[Section]) -> str:
-    """The whole page; sections without parts are left out."""
+    """Write the whole page; sections without parts are left out."""
     shown = [section for section in sections if section.parts]
     links = " ".join(f'<a href="#{anchor(section.name)}">{escape(section.name)}</a>' for section in shown)
     body = [f'<p class="question">{escape(question)}</p>' if question else "", f"<nav>{links}</nav>"]
@@ -51,19 +51,19 @@ def anchor(name: str) -> str:
 
 
 def commands(lines: Sequence[str]) -> list[str]:
-    """What a person types to have it again."""
+    """Write the commands that reproduce the page."""
     return [f"<pre>{escape(chr(10).join(lines))}</pre>"] if lines else []
 
 
 def notes(lines: Sequence[str]) -> list[str]:
-    """A list; what is missing or unsure stands out."""
+    """Write a list; what is missing or uncertain stands out."""
     marked = [f'<li class="bad">{escape(line)}</li>' if line.startswith(BAD) else f"<li>{escape(line)}</li>"
               for line in lines]
     return ["<ul>", *marked, "</ul>"] if lines else []
 
 
 def picture(one: Picture) -> str:
-    """A figure with its picture or film inside."""
+    """Write a figure with its picture or film inside."""
     caption = escape(one.caption)
     if one.path.suffix == ".webm":
         shown = f'<video controls muted loop playsinline src="{inside("video/webm", one.path.read_bytes())}"></video>'
@@ -77,14 +77,14 @@ def inside(kind: str, data: bytes) -> str:
 
 
 def webp(png: Path) -> bytes:
-    """The same pixels in half the bytes."""
+    """Encode a PNG as lossless WebP: the same pixels in half the bytes."""
     picture = cv2.imread(str(png), cv2.IMREAD_UNCHANGED)
     assert picture is not None, f"{png} is no picture"
     return cv2.imencode(".webp", picture, LOSSLESS)[1].tobytes()
 
 
 def table(one: Table) -> str:
-    """A table that sorts by the plain values; what is not known comes last."""
+    """Write a table that sorts by the plain values; what is not known comes last."""
     sides = ["" if form == "{}" else ' class="number"' for _, _, form in one.columns]
     head = "".join(f'<th scope="col"{side}><button type="button">{escape(heading)}</button></th>'
                    for side, (heading, _, _) in zip(sides, one.columns))
@@ -100,6 +100,6 @@ def row_of(row: Row, one: Table, sides: Sequence[str]) -> str:
 
 
 def plain(value: Any) -> str:
-    """What a cell is sorted by: a number as such, of an estimate its value."""
+    """Sort key of a cell: a number as such, of an estimate its value."""
     first = value[0] if isinstance(value, tuple) else value
     return "" if first is None else str(first)

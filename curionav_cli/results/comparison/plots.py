@@ -23,7 +23,10 @@ GREY = "#6b7280"
 
 
 def environment(field: Field, look: dict[str, Look], pairs: Sequence[Row], base: str, meaning: str) -> Figure:
-    """Coverage over steps, the area under it, and its paired differences to `base`. meaning: what counts as covered."""
+    """Draw coverage over steps, the area under it, and its paired differences to `base`.
+
+    meaning: what counts as covered, in words.
+    """
     used = {arm: look[arm] for arm in field.arms}
     cells = next(iter(field.arms.values()))[0].curve.total
     figure, (left, middle, right) = panels(
@@ -44,7 +47,7 @@ def environment(field: Field, look: dict[str, Look], pairs: Sequence[Row], base:
 
 def over_all(comparison: Comparison, look: dict[str, Look], pairs: Sequence[Row], base: str, rows: Sequence[Row],
              profiles: dict[str, Estimate], thresholds: np.ndarray) -> Figure:
-    """Performance profiles at `thresholds` (K,), interquartile means, and probabilities of improvement over `base`."""
+    """Draw performance profiles at `thresholds` (K,), interquartile means, probabilities of improvement over `base`."""
     envs = ", ".join(field.env for field in comparison.common)
     figure, (left, middle, right) = panels(
         f"{envs}: {sum(row['n'] for row in rows)} runs, 95 % interval of a stratified bootstrap", look)
@@ -64,8 +67,10 @@ def over_all(comparison: Comparison, look: dict[str, Look], pairs: Sequence[Row]
 
 
 def courses(comparison: Comparison, look: dict[str, Look], meaning: str) -> Figure:
-    """The paper's figure of the apartments: visited cells in each environment, their maximum dotted, and the mean share
-    over all environments in which every arm lived, up to the end of the shortest."""
+    """Draw the paper's figure of the apartments: visited cells in each environment, their maximum dotted.
+
+    The last panel is the mean share over the environments that every arm has runs in, up to the end of the shortest.
+    """
     drawn = len(comparison.fields) + bool(comparison.common[1:])
     across = min(drawn, 4)
     figure = Figure((0.6 + 3.3 * across, 0.5 + 3.0 * -(-drawn // across)), layout="constrained")

@@ -1,4 +1,4 @@
-"""Runs as a comparison needs them: poses read once, and what is missing named instead of hidden."""
+"""Runs as a comparison needs them: poses are read once, and what is missing is named."""
 
 from __future__ import annotations
 
@@ -15,15 +15,15 @@ from curionav_cli.results.labels import Settings, arm_settings, world_settings
 from curionav_cli.results.runs import Run, job_number, spent
 from curionav_cli.storage.run_folder import RunFolder, nowhere
 
-NOTED = ("landing", "visitable")  # how a run counts itself while it is lived
+NOTED = ("landing", "visitable")  # how a run counts itself as it goes
 
 
 @dataclass(frozen=True, eq=False)
 class RunSummary:
     """One run, small enough to keep a hundred.
 
-    env: its name and map. ends: (E + 1,) steps lived after 0 to E episodes. budget: what was spent by then, (E + 1,) of
-    each part, nan where it is not known. whole: lived to its end, and no episode is missing. gaps: what is missing, a
+    env: its name and map. ends: (E + 1,) steps after 0 to E episodes. budget: what was spent by then, (E + 1,) of
+    each part, nan where it is not known. whole: it is done, and no episode is missing. gaps: what is missing, a
     line each.
     """
 
@@ -47,13 +47,13 @@ class RunSummary:
         return int(self.ends[-1])
 
     def spent(self, steps: int) -> dict[str, float]:
-        """The budget of the first `steps` steps, with the learning after the episode that they end in."""
+        """Budget of the first `steps` steps, with the learning after the episode that they end in."""
         episodes = int(np.searchsorted(self.ends, steps))
         return {key: float(sums[episodes]) for key, sums in self.budget.items()}
 
 
 def folders(path: Path) -> list[Path]:
-    """The run at `path`, or every job of the sweep there, those that never began too, by their numbers.
+    """Find the run at `path`, or every job of the sweep there, those that never began too, by their numbers.
 
     Raises RunFolderError where there is neither.
     """
@@ -68,7 +68,7 @@ def folders(path: Path) -> list[Path]:
 
 
 def read(folder: Path, rule: str, denominator: str) -> RunSummary:
-    """The run in `folder`. Raises RunFolderError where nothing of it can be shown."""
+    """Read the run in `folder`. Raises RunFolderError where nothing of it can be shown."""
     if not (folder / "config.yaml").is_file():
         raise RunFolderError(f"{folder} did not begin; if it failed, its log says why")
     run = Run(RunFolder(folder), rule, denominator)

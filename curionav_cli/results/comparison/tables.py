@@ -41,15 +41,15 @@ class Table(NamedTuple):
 
 
 def arm_table(rows: Sequence[Row], at: Sequence[int], counted: str) -> Table:
-    """What each arm reached and what it cost. at: more steps at which coverage is shown."""
+    """Table of what each arm reached and what it cost. at: more steps at which coverage is shown."""
     more = [(f"at {step:,}", f"coverage_at_{step}", "{:.1%}") for step in at]
     return Table("arms", f"What each arm reached, mean and 95 % t interval over seeds ({counted}). Steps to a share: "
                  "median (runs that arrived). Cost of one run: mean.", (*ARMS, *more, *COSTS), rows)
 
 
 def overall_table(rows: Sequence[Row]) -> Table:
-    return Table("overall", "Over the runs of all environments in which every arm lived, each of the same weight, with "
-                 "the 95 % interval of a stratified bootstrap.", OVERALL, rows)
+    return Table("overall", "Over the runs of all environments that every arm has runs in, each of the same weight, "
+                 "with the 95 % interval of a stratified bootstrap.", OVERALL, rows)
 
 
 def pair_table(rows: Sequence[Row]) -> Table:
@@ -59,10 +59,10 @@ def pair_table(rows: Sequence[Row]) -> Table:
 
 
 def settings_table(comparison: Comparison) -> Table:
-    """The settings in which arms of one agent differ."""
+    """Table of the settings in which arms of one agent differ."""
     rows = []
     for agent in dict.fromkeys(comparison.arms.values()):
-        same = {arm: next(life.arm for life, (_, name) in comparison.names.items() if name == arm)
+        same = {arm: next(run.arm for run, (_, name) in comparison.names.items() if name == arm)
                 for arm, other in comparison.arms.items() if other == agent}
         rows += [{"setting": key, "arm": arm, "value": value} for key, values in differences(same).items()
                  for arm, value in values.items()]
@@ -71,15 +71,15 @@ def settings_table(comparison: Comparison) -> Table:
 
 
 def run_table(rows: Sequence[Row]) -> Table:
-    return Table("runs", "Every run, those that were left out too.", RUNS, rows)
+    return Table("runs", "Every run, including those that were left out.", RUNS, rows)
 
 
 def version_table(rows: Sequence[Row]) -> Table:
-    return Table("versions", "With what the runs were made.", VERSIONS, rows)
+    return Table("versions", "Versions that the runs were made with.", VERSIONS, rows)
 
 
 def markdown(command: str, notes: Sequence[str], parts: Sequence[Table], figures: Sequence[str]) -> str:
-    """A page with everything that is to be known, figures included."""
+    """Write the Markdown page: command, caveats, figures, tables."""
     text = [f"# Comparison\n\n`{command}`\n", *(f"- {note}" for note in notes), *(["\n"] if notes else [])]
     text += [f"![{name}]({name})" for name in figures]
     text += ["", *(tables.markdown(part.rows, part.columns, part.title) for part in parts)]
@@ -87,6 +87,6 @@ def markdown(command: str, notes: Sequence[str], parts: Sequence[Table], figures
 
 
 def latex(command: str, notes: Sequence[str], parts: Sequence[Table]) -> str:
-    """The same tables for a paper; the notes as comments."""
+    """Write the tables for a paper in LaTeX; the notes as comments."""
     head = ["% \\usepackage{booktabs}", f"% {command}", *(f"% {note}" for note in notes), ""]
     return "\n".join([*head, *(tables.latex(part.rows, part.columns, part.title) for part in parts)])

@@ -1,1 +1,1 @@
-"""Predicted observations beside the real ones."""
+"""Predicted observations beside real ones, and whether surprise separates new views from known ones."""

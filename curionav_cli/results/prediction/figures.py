@@ -1,4 +1,4 @@
-"""What agents expected of their episodes: figures and a line of numbers for every run that has predictions."""
+"""Predictions of runs: figures, a line of errors and a table of surprise for every run that has predictions."""
 
 from __future__ import annotations
 
@@ -18,12 +18,12 @@ from curionav_cli.results.runs import Run
 
 
 def draw(run: Run, folder: Path) -> list[str]:
-    """The run's figures of predictions; their names in the folder, none where it has no predictions."""
+    """Draw a run's predictions and their error; returns file names, none where it has no predictions."""
     errors = stored_predictions.errors(run)
     if errors is None:
         return []
-    last = max(run.foresights)
-    held_out = f"{run.label}: episodes that were not learned from yet"
+    last = max(run.predictions)
+    held_out = f"{run.label}: episodes before learning from them"
     figures = {"predictions": prediction_plots.pictures(prediction_plots.chosen(stored_predictions.strips(run)),
                                                         held_out),
                "prediction_error": prediction_plots.error_curve(
@@ -34,21 +34,21 @@ def draw(run: Run, folder: Path) -> list[str]:
 
 
 def draw_beside(runs: Sequence[Run], out: Path) -> list[Path]:
-    """A window of each environment in one figure, as in the paper: none where fewer than two have predictions."""
-    first = {run.env: run for run in reversed(runs) if run.foresights}
+    """Draw a window of each environment in one figure, as in the paper; none where fewer than two have predictions."""
+    first = {run.env: run for run in reversed(runs) if run.predictions}
     names = [env for env in dict.fromkeys(run.env for run in runs) if env in first]
     strips = [prediction_plots.chosen(stored_predictions.strips(first[env]))[0] for env in names]
     if len({strip.step.tobytes() for strip in strips}) != 1 or len(names) < 2:
         return []
-    plots.save(prediction_plots.pictures(strips, "Episodes that were not learned from yet", names),
+    plots.save(prediction_plots.pictures(strips, "Episodes before learning from them", names),
                out / "predictions.png")
     return [out / "predictions.png"]
 
 
 def draw_seeds(runs: Sequence[Run], out: Path | None = None) -> list[Path]:
-    """The error over the seeds of one agent (or variant) in one environment, in `out` or the folder that has all.
+    """Draw the error over the seeds of one agent (or variant) in one environment, in `out` or the folder that has all.
 
-    None for runs that hold their actions for different times: there is no axis for both.
+    Nothing for runs that hold actions for different numbers of steps: there is no axis for both.
     """
     drawn = []
     for env, agent in dict.fromkeys((run.env, run.agent) for run in runs):
@@ -69,7 +69,7 @@ def draw_seeds(runs: Sequence[Run], out: Path | None = None) -> list[Path]:
 
 
 def line(run: Run) -> str | None:
-    """Mean squared errors in words."""
+    """Mean squared errors of open-loop prediction, as a line."""
     errors: Errors | None = stored_predictions.errors(run)
     if errors is None:
         return None
@@ -81,13 +81,13 @@ def line(run: Run) -> str | None:
 
 
 def surprise_table(run: Run) -> Table | None:
-    """Surprise and expected reward of new and known views; None where there are too few predictions."""
+    """Table of surprise and predicted reward of new and known views; None where there are too few predictions."""
     found = novelty.views(run)
     if found is None:
         return None
     table = Table(box=SIMPLE, pad_edge=False, caption_justify="left", title_justify="left", title=run.label,
-                  caption="KL in nats and expected reward, before learning from the episode. New: no earlier view that "
-                          f"way within {novelty.NEW} m; known: within {novelty.KNOWN} m. KL by position in a window: "
+                  caption="KL in nats and predicted reward, before learning from the episode. New: no earlier view "
+                          f"that way within {novelty.NEW} m; known: within {novelty.KNOWN} m. KL by position in a window: "
                           + ", ".join(f"{n}: {nats:.1f}" for n, nats in novelty.by_position(found).items()))
     headings = ["views", "new", "known", *(f"{signal} {key}" for signal in novelty.SIGNALS
                                            for key in ("new", "known", "ratio", "auc"))]

@@ -43,7 +43,7 @@ class Ellipse(NamedTuple):
 
 
 def difference(predicted: np.ndarray, truth: np.ndarray) -> np.ndarray:
-    """Smoothed difference of pictures (F, H, W, 3) uint8 -> (F, H, W), 1 from black to white.
+    """Smooth the difference of pictures (F, H, W, 3) uint8 -> (F, H, W), 1 from black to white.
 
     What the whole picture has in common, as a change of the light, is taken off.
     """
@@ -53,17 +53,17 @@ def difference(predicted: np.ndarray, truth: np.ndarray) -> np.ndarray:
 
 
 def usual(differences: np.ndarray) -> float:
-    """What nine in ten pixels of a run's pictures stay below: (N, H, W) -> one number."""
+    """The difference that nine in ten pixels of a run's pictures stay below: (N, H, W) -> one number."""
     return float(np.quantile(differences, USUAL))
 
 
 def places(events: Iterable[dict[str, Any]]) -> list[tuple[float, float]]:
-    """Where the objects that moved stood and stand, in metres."""
+    """Old and new places of the objects that moved, in metres."""
     return [tuple(event[end]) for event in events if event["what"] == "move" for end in ("from", "to")]
 
 
 def around(places: Iterable[tuple[float, float]], pose: np.ndarray, camera: Camera, side: int) -> np.ndarray:
-    """Pixels (side, side) bool where an object at one of these places could be seen from a pose (x, y, yaw)."""
+    """Mask the pixels (side, side) bool where an object at one of these places is visible from a pose (x, y, yaw)."""
     mask = np.zeros((side, side), bool)
     x, y, yaw = pose
     for east, north in places:
@@ -80,7 +80,7 @@ def around(places: Iterable[tuple[float, float]], pose: np.ndarray, camera: Came
 
 
 def regions(difference: np.ndarray, usual: float, near: np.ndarray) -> list[np.ndarray]:
-    """Masks (H, W) of the unusual regions of a difference (H, W) among the pixels `near` moved objects."""
+    """Find masks (H, W) of the unusual regions of a difference (H, W) among the pixels `near` moved objects."""
     rest = difference[~near]
     here = float(np.quantile(rest, USUAL)) if rest.size > LEAST_AREA else 0.0
     unusual = near & (difference > max(UNUSUAL * max(usual, here), FAINT))
@@ -91,6 +91,6 @@ def regions(difference: np.ndarray, usual: float, near: np.ndarray) -> list[np.n
 
 
 def ellipse(region: np.ndarray) -> Ellipse:
-    """Around a mask (H, W), a little wider."""
+    """Ellipse around a mask (H, W), a little wider than it."""
     (top, left), (bottom, right) = np.argwhere(region).min(0), np.argwhere(region).max(0) + 1
     return Ellipse((left + right) / 2, (top + bottom) / 2, 1.2 * (right - left) + 3, 1.2 * (bottom - top) + 3)

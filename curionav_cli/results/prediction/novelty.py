@@ -1,4 +1,4 @@
-"""Does surprise tell new places from known ones? By action, by position in the sequence, from stored predictions.
+"""Whether surprise separates new views from known ones: by action and by position, from stored predictions.
 
 A view is new where the agent, which sees the frames that it acts on, had none in an earlier episode from within NEW
 metres that looks the same way, and known where it had one from within KNOWN metres. The ratio is that of the mean
@@ -26,8 +26,11 @@ SIGNALS = ("kl", "reward")
 
 
 class Views(NamedTuple):
-    """Every frame that was judged: its distance (N,) in metres from earlier views, kind of the action that led to it
-    (N,), position in its window (N,), whether that is past the zero state (N,), and both signals (2, N)."""
+    """N frames that were judged.
+
+    distance: (N,) metres from earlier views; kind: (N,) of the action that led to it; position: (N,) in its window;
+    settled: (N,) whether that is past the zero state; signal: (2, N).
+    """
 
     distance: np.ndarray
     kind: np.ndarray
@@ -37,21 +40,21 @@ class Views(NamedTuple):
 
 
 def views(run: Run) -> Views | None:
-    """Of the newest episodes, each against all before it; None where there are no predictions, or one episode only."""
+    """Judge the newest episodes, each against all before it; None without predictions, or with one episode only."""
     stored = {index: one for index, one in newest(run, NEWEST).items() if index}
     if not stored:
         return None
     paths, poses = run.episodes, run.poses()
     found = []
     for index, one in stored.items():
-        lived, seen = read_arrays(paths[index], ("action", "collided")), slice(None, None, one.every)
-        away = distance(poses[index][seen], np.concatenate([pose[seen] for pose in poses[:index]]))
-        found.append(judged(one, away, kinds(lived["action"], lived["collided"], one.every)))
+        arrays, acted_on = read_arrays(paths[index], ("action", "collided")), slice(None, None, one.every)
+        away = distance(poses[index][acted_on], np.concatenate([pose[acted_on] for pose in poses[:index]]))
+        found.append(judged(one, away, kinds(arrays["action"], arrays["collided"], one.every)))
     return Views(*(np.concatenate(parts, -1) for parts in zip(*found)))
 
 
 def judged(foresight: Foresight, away: np.ndarray, kind: np.ndarray) -> Views:
-    """The frames of an episode's windows; distance and kind (T+1,) of those that were acted on."""
+    """Judge the frames of an episode's windows. away, kind: (T+1,) distance in metres and kind of frames acted on."""
     surprise = foresight.surprise
     frame = surprise.frame // foresight.every
     position = np.broadcast_to(np.arange(frame.shape[1]), frame.shape)
@@ -61,20 +64,22 @@ def judged(foresight: Foresight, away: np.ndarray, kind: np.ndarray) -> Views:
 
 
 def kinds(action: np.ndarray, collided: np.ndarray, every: int = 1) -> np.ndarray:
-    """Index into KINDS of what led to each of T+1 frames; 0 for the first. A held action is cancelled if all its steps
-    are: (T,) twice, T // every actions."""
-    lived = len(action) // every * every
-    cancelled = collided[:lived].reshape(-1, every).all(1)
-    return np.concatenate([[0], np.where(cancelled, 3, np.where(action[:lived:every] == 0, 1, 2))])
+    """Index into KINDS of the action that led to each frame; 0 for the first.
+
+    action, collided: (T,) each; result: (T // every + 1,). A held action is cancelled if all its steps are.
+    """
+    steps = len(action) // every * every
+    cancelled = collided[:steps].reshape(-1, every).all(1)
+    return np.concatenate([[0], np.where(cancelled, 3, np.where(action[:steps:every] == 0, 1, 2))])
 
 
 def distance(pose: np.ndarray, earlier: np.ndarray) -> np.ndarray:
-    """(N, 3), (M, 3) -> (N,) metres to the nearest earlier pose that looks the same way; inf where there is none."""
+    """Metres (N,) from each pose (N, 3) to the nearest earlier one (M, 3) of the same heading; inf without one."""
     far = 2 * NEW  # headings as a place on a circle, so that a chord of SAME_WAY is as long as `far`
     circle = far / (2 * np.sin(SAME_WAY / 2))
     def place(poses: np.ndarray) -> np.ndarray:
         return np.column_stack([poses[:, :2], circle * np.cos(poses[:, 2]), circle * np.sin(poses[:, 2])])
-    from scipy.spatial import cKDTree  # loaded for those who judge
+    from scipy.spatial import cKDTree  # late: few commands need it
 
     tree, found = cKDTree(place(earlier)), np.full(len(pose), np.inf)
     for n, near in enumerate(tree.query_ball_point(place(pose), np.hypot(far, far))):
@@ -86,7 +91,7 @@ def distance(pose: np.ndarray, earlier: np.ndarray) -> np.ndarray:
 
 
 def table(found: Views) -> list[dict[str, Any]]:
-    """A row for each kind of action: numbers of views, and of each signal both means, their ratio and the AUC."""
+    """Make a row for each kind of action: numbers of views; of each signal both means, their ratio and the AUC."""
     rows = []
     for kind, name in enumerate(KINDS):
         of_kind = found.settled & ((found.kind == kind) if kind else (found.kind > 0))
@@ -99,7 +104,7 @@ def table(found: Views) -> list[dict[str, Any]]:
 
 
 def compared(new: np.ndarray, known: np.ndarray) -> dict[str, float | None]:
-    """None for what too few views cannot tell."""
+    """Means, ratio and AUC of a signal over new and known views; None each where there are none."""
     if not len(new) or not len(known):
         return dict.fromkeys(("new", "known", "ratio", "auc"))
     means = float(new.mean()), float(known.mean())
@@ -110,6 +115,6 @@ def compared(new: np.ndarray, known: np.ndarray) -> dict[str, float | None]:
 
 
 def by_position(found: Views) -> dict[int, float]:
-    """The mean KL by the position in a window: what starting from a zero state adds."""
+    """Mean KL in nats by the position in a window: what starting from a zero state adds."""
     return {int(n): float(found.signal[0][found.position == n].mean())
             for n in (0, 1, 2, 5, 10, 20, found.position.max()) if (found.position == n).any()}

@@ -16,13 +16,13 @@ from curionav_cli.results.prediction.moved_objects import Ellipse
 from curionav_cli.results.prediction.stored_predictions import Errors, Strip
 
 ROWS = 3  # windows in a figure, at most two of one episode
-SIDE, GAP, BREAK = IMAGE_SIDE, 4, 14  # pixels: of a frame, between two, between two windows and after what was seen
+SIDE, GAP, BREAK = IMAGE_SIDE, 4, 14  # pixels: a frame, between frames, between windows and after the last seen
 COARSE = 6  # of 256 levels of a colour: nobody sees it, and the file is half as large
 INK, PALE, RED = "#111827", "#6b7280", "#dc2626"
 
 
 def chosen(strips: Sequence[Strip]) -> list[Strip]:
-    """What is drawn: windows with circles first, then those of the newest episodes in which most changes."""
+    """Choose what is drawn: windows with circles first, then those of the newest episodes in which most changes."""
     def rank(strip: Strip) -> tuple[bool, int, float]:
         change = np.abs(np.diff(strip.truth[:, ::4, ::4].astype(np.int16), axis=0)).mean()
         return not any(strip.circles), -strip.episode, -float(change)
@@ -34,9 +34,9 @@ def chosen(strips: Sequence[Strip]) -> list[Strip]:
 
 
 def pictures(strips: Sequence[Strip], title: str, names: Sequence[str] = ()) -> Figure:
-    """Real observations above the predictions, a few steps apart; what an object's move changed is circled.
+    """Draw real observations above predicted ones, a few steps apart; what an object's move changed is circled.
 
-    names: where each strip was lived, for strips of several environments; they are lettered then.
+    names: the environment of each strip, where there are several; they are lettered then.
     """
     step = strips[0].step
     left = np.arange(len(step)) * (SIDE + GAP) + BREAK * (step > 0)
@@ -63,14 +63,14 @@ def pictures(strips: Sequence[Strip], title: str, names: Sequence[str] = ()) -> 
 
 
 def draw_circle(axes: Axes, circle: Ellipse, x: int, y: int) -> None:
-    """In the frame whose upper left corner is at x, y, and not beyond."""
+    """Draw a circle in the frame whose upper left corner is at x, y, and not beyond it."""
     drawn = axes.add_patch(patches.Ellipse((x + circle.x, y + circle.y), circle.width, circle.height, fill=False,
                                            edgecolor=RED, linewidth=1.6))
     drawn.set_clip_path(patches.Rectangle((x, y), SIDE, SIDE, transform=axes.transData))
 
 
 def a_canvas(canvas: np.ndarray, title: str) -> tuple[Figure, Axes]:
-    """Two dots of the figure for each pixel, and a margin for the labels."""
+    """Make a figure with two dots for each pixel, and a margin for the labels."""
     high, wide = canvas.shape[:2]
     figure = Figure(dpi=110)
     left, right, bottom = 130, 14, 30  # dots
@@ -87,7 +87,7 @@ def a_canvas(canvas: np.ndarray, title: str) -> tuple[Figure, Axes]:
 
 
 def label_steps(axes: Axes, step: np.ndarray, left: np.ndarray) -> None:
-    """The number of the step above each column, and whether it was seen."""
+    """Write the number of the step above each column, and whether it was seen or predicted."""
     for n, x in zip(step, left):
         text = f"{n}".replace("-", "−") if n <= 0 else f"+{n}"
         axes.annotate(text, (x + SIDE / 2, 0), (0, 3), textcoords="offset points", ha="center", color=INK)
@@ -105,7 +105,7 @@ def label_rows(axes: Axes, strip: Strip, y: int, name: str) -> None:
 
 
 def error_curve(errors: Errors, agent: str, over: str, title: str) -> Figure:
-    """Open-loop error against the steps ahead, beside repeating the last seen frame; mean and deviation."""
+    """Draw the open-loop error against the steps ahead, beside repeating the last seen frame; mean and deviation."""
     figure = Figure((4.6, 3.2), layout="constrained")
     axes = figure.add_subplot()
     steps = errors.steps

@@ -1,4 +1,4 @@
-"""What an agent expected of episodes before it learned from them, beside what it then saw."""
+"""Predictions that an agent stored before it learned from an episode, beside the episode's own frames."""
 
 from __future__ import annotations
 
@@ -48,18 +48,21 @@ class Errors(NamedTuple):
 
     @property
     def steps(self) -> np.ndarray:
-        """The robot's, after which each of the H was measured."""
+        """Steps of the robot (H,) after which each error was measured."""
         return np.arange(1, self.predicted.shape[1] + 1) * self.every
 
     def after(self, actions: int) -> tuple[float, float]:
+        """Mean error of the prediction and of the repeated frame after so many actions."""
         return float(self.predicted[:, actions - 1].mean()), float(self.repeated[:, actions - 1].mean())
 
 
 def newest(run: Run, most: int = NEWEST) -> dict[int, Foresight]:
-    """The predictions of the newest episodes, oldest first; none where the agent predicts nothing. Broken ones are
-    named and left out: nothing else is built on them."""
+    """Read the predictions of the newest episodes, oldest first; none where the agent predicts nothing.
+
+    Broken ones are named in a SoundnessWarning and left out: nothing else is built on them.
+    """
     found = {}
-    for index, path in list(run.foresights.items())[-most:]:
+    for index, path in list(run.predictions.items())[-most:]:
         try:
             found[index] = Foresight.load(path)
         except RunFolderError as error:
@@ -68,13 +71,13 @@ def newest(run: Run, most: int = NEWEST) -> dict[int, Foresight]:
 
 
 def errors(run: Run) -> Errors | None:
-    """Of the newest episodes, each the mean of its windows."""
+    """Errors over the newest episodes, each the mean of its windows; None without predictions."""
     read = list(newest(run).values())
     return over_runs([Errors(one.error, one.repeat, one.every) for one in read]) if read else None
 
 
 def over_runs(several: list[Errors]) -> Errors:
-    """One row for each of them, as far as all of them predicted."""
+    """Stack several errors, one row each, up to the fewest actions that any of them predicted."""
     actions = min(one.predicted.shape[1] for one in several)
     predicted = np.stack([one.predicted.mean(0)[:actions] for one in several])
     repeated = np.stack([one.repeated.mean(0)[:actions] for one in several])
@@ -82,7 +85,7 @@ def over_runs(several: list[Errors]) -> Errors:
 
 
 def strips(run: Run) -> list[Strip]:
-    """Every window of the newest episodes, the newest episode first."""
+    """Read every window of the newest episodes, the newest episode first."""
     env = run.config["env"]
     camera = moved_objects.Camera(env["camera"], math.tan(math.radians(env["fov"] / 2)))
     found = [window for index, one in reversed(newest(run).items()) for window in windows(run, index, one)]
@@ -93,16 +96,16 @@ def strips(run: Run) -> list[Strip]:
 
 
 def windows(run: Run, index: int, foresight: Foresight) -> list[Strip]:
-    """Predictions beside the episode's own frames; no circles yet."""
-    lived = read_arrays(run.folder.episode_path(index), ("image", "pose", "events"))
-    places = moved_objects.places(json.loads(str(lived["events"])))
-    return [Strip(index, foresight.step, frame, lived["image"][frame], image, lived["pose"][frame], places, [])
+    """Read predictions beside the episode's own frames; circles are empty yet."""
+    arrays = read_arrays(run.folder.episode_path(index), ("image", "pose", "events"))
+    places = moved_objects.places(json.loads(str(arrays["events"])))
+    return [Strip(index, foresight.step, frame, arrays["image"][frame], image, arrays["pose"][frame], places, [])
             for frame, image in zip(foresight.frame, foresight.image)]
 
 
 def circles(window: Strip, difference: np.ndarray, usual: list[float], camera: moved_objects.Camera
             ) -> list[list[moved_objects.Ellipse]]:
-    """For every step of a window; a step that was seen has none. difference (F, 64, 64), usual (F)."""
+    """Find the circles of every step of a window; a step that was seen has none. difference (F, 64, 64), usual (F)."""
     return [[moved_objects.ellipse(region) for region in
              moved_objects.regions(apart, one_usual, moved_objects.around(window.places, pose, camera, len(apart)))]
             if step > 0 else []

@@ -11,6 +11,7 @@ import yaml
 
 from curionav_cli.bounds import a_number
 from curionav_cli.errors import SceneError
+from curionav_cli.files import conf_dir
 from curionav_cli.world.motion import COLLISIONS
 from curionav_cli.world.scene import layout
 from curionav_cli.world.scene.scene_format import (
@@ -47,10 +48,8 @@ class Lists:
 
 
 def env_dir() -> Path:
-    """conf/env inside the package (installed from a wheel), or beside it (a checkout)."""
-    package = Path(__file__).resolve().parents[2]
-    inside = package / "conf" / "env"
-    return inside if inside.is_dir() else package.parent / "conf" / "env"
+    """Where the scene files of this package are."""
+    return conf_dir() / "env"
 
 
 def plain(name: str, **changes: Any) -> tuple[dict[str, Any], str]:

@@ -30,12 +30,12 @@ def a_run(tmp_path, an_episode, a_plan):
 
 def test_a_whole_run_is_read_as_coverage_counts_it(a_run):
     run = a_run()
-    life = read(run.path, "landing", "visitable")
-    assert life.whole and not life.gaps and life.ends.tolist() == [0, 5, 10, 15, 20]
-    np.testing.assert_array_equal(life.curve.found, cover(run.plan, run.poses()).curve().found)
-    assert (life.env["name"], life.agent, life.seed, life.preset) == ("room", "random", 3, "cpu")
-    assert life.spent(20)["seconds"] == 12 and life.spent(6)["updates"] == 20
-    assert np.isnan(life.spent(5)["cpu_seconds"]) and life.arm["loop.steps"] == 5
+    summary = read(run.path, "landing", "visitable")
+    assert summary.whole and not summary.gaps and summary.ends.tolist() == [0, 5, 10, 15, 20]
+    np.testing.assert_array_equal(summary.curve.found, cover(run.plan, run.poses()).curve().found)
+    assert (summary.env["name"], summary.agent, summary.seed, summary.preset) == ("room", "random", 3, "cpu")
+    assert summary.spent(20)["seconds"] == 12 and summary.spent(6)["updates"] == 20
+    assert np.isnan(summary.spent(5)["cpu_seconds"]) and summary.arm["loop.steps"] == 5
 
 
 def note(run):
@@ -53,10 +53,10 @@ def test_a_run_that_noted_what_it_found_is_told_without_opening_an_episode(a_run
     note(run)
     by_floor = read(run.path, "landing", "floor")
     monkeypatch.setattr(integrity, "read_arrays", lambda *_: pytest.fail("an episode was opened"))
-    told = read(run.path, "landing", "visitable")
-    np.testing.assert_array_equal(told.curve.found, counted.curve.found)
-    assert (told.curve.steps, told.curve.total) == (counted.curve.steps, counted.curve.total)
-    assert told.ends.tolist() == counted.ends.tolist() and told.whole and not told.gaps
+    summary = read(run.path, "landing", "visitable")
+    np.testing.assert_array_equal(summary.curve.found, counted.curve.found)
+    assert (summary.curve.steps, summary.curve.total) == (counted.curve.steps, counted.curve.total)
+    assert summary.ends.tolist() == counted.ends.tolist() and summary.whole and not summary.gaps
     assert by_floor.curve.total == run.plan.floor.sum()
 
 
@@ -88,25 +88,25 @@ def test_a_missing_episode_ends_what_is_shown(a_run, harm, said, steps):
     if "missing" in said:
         note(run)
     harm(run)
-    life = read(run.path, "landing", "visitable")
-    [gap] = life.gaps
-    assert said in gap and "\n" not in gap and life.steps == life.curve.steps == steps and not life.whole
+    summary = read(run.path, "landing", "visitable")
+    [gap] = summary.gaps
+    assert said in gap and "\n" not in gap and summary.steps == summary.curve.steps == steps and not summary.whole
 
 
 def test_a_torn_line_costs_the_budget_only(a_run):
     run = a_run()
     run.metrics_file.write_text(run.metrics_file.read_text()[:-20])
-    life = read(run.path, "landing", "visitable")
-    assert life.whole and life.steps == 20 and "metrics.jsonl: line 4 is torn" in life.gaps[0]
-    assert life.spent(15)["seconds"] == 9 and np.isnan(life.spent(20)["seconds"])
+    summary = read(run.path, "landing", "visitable")
+    assert summary.whole and summary.steps == 20 and "metrics.jsonl: line 4 is torn" in summary.gaps[0]
+    assert summary.spent(15)["seconds"] == 9 and np.isnan(summary.spent(20)["seconds"])
 
 
 def test_a_broken_status_is_named_and_the_rest_shown(a_run):
     run = a_run()
     (run.path / "status.json").write_text("{")
-    life = read(run.path, "landing", "visitable")
-    assert life.state == "unknown" and not life.whole and "status.json cannot be read" in life.gaps[0]
-    assert life.steps == 20
+    summary = read(run.path, "landing", "visitable")
+    assert summary.state == "unknown" and not summary.whole and "status.json cannot be read" in summary.gaps[0]
+    assert summary.steps == 20
 
 
 @pytest.mark.parametrize(("harm", "said"), [

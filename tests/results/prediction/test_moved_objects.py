@@ -16,7 +16,7 @@ SEED, EPISODES, EACH = 4, (2, 6, 12), 40
 
 
 def blurred(images, rng):
-    """What a world model that knows the old layout would draw: soft, spotted and a little dark."""
+    """The prediction of a world model that has seen the old layout only: soft, spotted and a little dark."""
     spots = rng.normal(0, 40, images.shape).astype(np.float32)
     soft = [cv2.GaussianBlur(image + spot, (0, 0), 1.5) for image, spot in zip(images.astype(np.float32), spots)]
     return (0.9 * np.stack(soft)).clip(0, 255).astype(np.uint8)

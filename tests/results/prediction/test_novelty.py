@@ -45,8 +45,8 @@ def a_run(tmp_path, an_episode, a_plan):
     run = RunFolder(tmp_path / "run")
     run.create("seed: 0\nenv: {name: small_room}\nagent: {name: lbs_dreamer}\nrobot: {name: ideal}\n", {}, {}, a_plan())
     for n, nats in enumerate((1.0, 2.0, 6.0)):
-        lived = an_episode(steps=11)
-        episode = replace(lived, pose=lived.pose + (n == 2) * np.array([0, 1, 0]), action=np.zeros(11, np.int64),
+        plain = an_episode(steps=11)
+        episode = replace(plain, pose=plain.pose + (n == 2) * np.array([0, 1, 0]), action=np.zeros(11, np.int64),
                           collided=np.zeros(11, bool))
         frame = np.arange(12).reshape(2, 6)
         surprise = Surprise(frame, np.full((2, 6), nats, np.float32), np.full((2, 6), 3, np.float32))

@@ -62,10 +62,10 @@ def test_real_frames_stand_above_their_predictions(a_run):
     strips = prediction_plots.chosen(stored_predictions.strips(run))
     assert [strip.episode for strip in strips] == [6, 6, 5] and not any(any(strip.circles) for strip in strips)
     canvas = prediction_plots.pictures(strips, "title").axes[0].images[0].get_array()
-    lived = np.load(run.folder.episode_path(6))["image"]
+    real = np.load(run.folder.episode_path(6))["image"]
     side, gap, after = prediction_plots.SIDE, prediction_plots.GAP, prediction_plots.BREAK
     left = 2 * (side + gap) + after  # of the third column, three steps ahead
-    for row, drawn in ((0, lived[strips[0].frame[2]]), (side + gap, strips[0].predicted[2])):
+    for row, drawn in ((0, real[strips[0].frame[2]]), (side + gap, strips[0].predicted[2])):
         off = drawn.astype(int) - canvas[row:row + side, left:left + side]
         assert off.min() >= 0 and off.max() < prediction_plots.COARSE
 
