@@ -1,4 +1,4 @@
-"""curionav compare RUNS_OR_SWEEP...: what a paper says about many runs, as figures and tables, and how sure it is."""
+"""curionav compare RUN...: figures and tables over many runs, with confidence intervals, and one HTML page."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ THRESHOLDS = 101  # of a performance profile
 
 
 def run(words: list[str]) -> int:
-    """Compare, print, write; the exit code. words: folders of runs or sweeps, and settings out of CHOICES."""
+    """Compare, print and write; returns the exit code. words: folders of runs or sweeps, and settings of CHOICES."""
     paths, chosen = sorted_out("compare", words, CHOICES)
     folder = folder_for(chosen.get("out") or datetime.now().strftime("outputs/%Y-%m-%d/%H-%M-%S-%f_compare"))
     way = chosen.get("marking", CHOICES["marking"][0]), chosen.get("denominator", DENOMINATORS[0])
@@ -55,7 +55,7 @@ def run(words: list[str]) -> int:
     baseline = one_of("baseline", chosen["baseline"], list(comparison.arms)) if "baseline" in chosen else None
     best = {file_name(field.env): report_page.best_runs(field, way) for field in comparison.fields}
     notes = [*estimates.notes(comparison, baseline), *lost]
-    notes += [line for runs in best.values() for line in report_page.holes(runs) if line not in notes]
+    notes += [line for runs in best.values() for line in report_page.gap_lines(runs) if line not in notes]
     report = Report(shlex.join(["curionav", "compare", *words]), comparison, baseline, way, at, notes)
     made = write(report, folder, best)
     console = a_console()
@@ -68,15 +68,15 @@ def run(words: list[str]) -> int:
 
 
 def steps(words: str) -> list[int]:
-    """'1000,5000' as numbers. Raises ConfigError."""
+    """The numbers of '1000,5000'. Raises ConfigError for anything else."""
     if not re.fullmatch(r"(\d+(,\d+)*)?", words):
-        raise ConfigError(f"at: {words!r} is not a list of steps, as in at=1000,5000")
+        raise ConfigError(f"at: {words!r} is not a list of steps. Write it as at=1000,5000")
     return [int(word) for word in words.split(",") if word]
 
 
 @dataclass(frozen=True)
 class Report:
-    """What is written: everything is estimated once, by the same dice every time."""
+    """A comparison and its tables, estimated once from a fixed seed."""
 
     command: str
     comparison: Comparison
@@ -91,19 +91,19 @@ class Report:
 
     @cached_property
     def tables(self) -> list[Table]:
-        """Those that have rows: arms, pairs, over all, settings."""
+        """The tables that have rows: arms, pairs, over all environments, settings."""
         rng = np.random.default_rng(0)
-        every = [arm_table(list(estimates.arm_rows(self.comparison, self.at)), self.at, self.counted),
+        tables = [arm_table(list(estimates.arm_rows(self.comparison, self.at)), self.at, self.counted),
                  pair_table(list(estimates.pair_rows(self.comparison, self.baseline, rng))),
                  overall_table(list(estimates.overall_rows(self.comparison, rng))), settings_table(self.comparison)]
-        return [table for table in every if table.rows]
+        return [table for table in tables if table.rows]
 
     def rows(self, name: str) -> list[Row]:
         return [row for table in self.tables if table.name == name for row in table.rows]
 
 
 def draw(report: Report, folder: Path, best: dict[str, list[Run]]) -> list[str]:
-    """A figure for each environment and one over all of them; their names in the folder."""
+    """Draw a figure for each environment and one over all of them; returns their names in the folder."""
     comparison, pairs = report.comparison, report.rows("pairs")
     base, look = report.baseline, plots.looks(comparison.arms)
     figures = {field.env: comparison_plots.environment(
@@ -123,10 +123,10 @@ def draw(report: Report, folder: Path, best: dict[str, list[Run]]) -> list[str]:
 
 
 def write(report: Report, folder: Path, best: dict[str, list[Run]]) -> list[str]:
-    """Figures, CSV files, a page and a LaTeX file; their names in the folder. best: of which heatmaps are drawn."""
+    """Write figures, CSV files, a page and a LaTeX file; returns their names. best: runs for the heatmaps."""
     (folder / "figures").mkdir(parents=True, exist_ok=True)
     with workers(1) as pool:  # as long as the figures take
-        film = pool.submit(report_page.shoot, next(iter(best.values())), folder / "figures" / "film.webm")
+        film = pool.submit(report_page.film_last_episode, next(iter(best.values())), folder / "figures" / "film.webm")
         pictures, shown = draw(report, folder, best), film.result()
     runs = list(estimates.run_rows(report.comparison, report.at))
     texts = {"comparison.md": markdown(report.command, report.notes, report.tables, pictures),
@@ -142,7 +142,7 @@ def write(report: Report, folder: Path, best: dict[str, list[Run]]) -> list[str]
 
 
 def caption(name: str) -> str:
-    """What a figure shows, by its file."""
+    """What a figure shows, by its file name."""
     kind, _, env = Path(name).stem.partition("_")
     if kind == "heatmaps":
         return f"{env}: the run of each arm that covered most, visits to every cell; the blue square is the start."

@@ -1,4 +1,4 @@
-"""The docking diagram, from homecomings that are lived for it: what the server's feedback passes through."""
+"""The docking diagram: the phases in the feedback of the docking server, counted over returns to dock."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from curionav_cli.robot.docking.action import Feedback, Goal, GoalState, Phase
 from curionav_cli.robot.docking.recoveries import steps
 from curionav_cli.robot.docking.server import Docking
 
-REQUESTS, STEPS = 30, 100  # homecomings in each room, actions before each
+REQUESTS, STEPS = 30, 100  # returns to dock in each room, actions before each
 ROOMS = ("small_room", "large_lab")
 NAME = "docking_diagram.png"
 
@@ -45,7 +45,7 @@ class Watched:
 
 
 def watched(settings: Config, requests: int) -> Moves:
-    """How often one phase followed another in so many homecomings."""
+    """Count how often one phase follows another in `requests` returns to dock."""
     world, moves = build.scene(settings), Moves()
     env = build.robot_env(settings, world, False, lambda server: Watched(server, moves))
     agent = build.agent(settings, world)
@@ -55,11 +55,11 @@ def watched(settings: Config, requests: int) -> Moves:
 
 
 def draw(rooms: Sequence[Config], folder: Path, requests: int = REQUESTS) -> str:
-    """One diagram over these rooms; its name in the folder."""
+    """Draw one diagram over these rooms; returns its name in the folder."""
     moves: Moves = sum((watched(room, requests) for room in rooms), Counter())
     names = dict.fromkeys(name for name, _ in steps(rooms[0].robot.docking))
     recoveries = [name for name in names if name != "staging"]
     where = " and ".join(room.env.name for room in rooms)
-    title = f"Auto docking: {requests * len(rooms)} homecomings in {where}, {STEPS} actions after each start"
+    title = f"Auto docking: {requests * len(rooms)} returns to dock in {where}, {STEPS} actions after each start"
     plots.save(docking_diagram.diagram(moves, recoveries, title), folder / NAME)
     return NAME

@@ -1,4 +1,4 @@
-"""curionav list: what one can choose from, and every environment with its size."""
+"""curionav list: the groups of settings and their options, and every environment with its size."""
 
 from __future__ import annotations
 
@@ -19,13 +19,13 @@ ENV_COLUMNS = (("env", "left"), ("floor m2", "right"), ("visitable m2", "right")
 
 
 def run(group: str | None, config_dir: Path | None) -> int:
-    """The command: its exit code. Raises ConfigError for a group that does not exist."""
+    """Print the groups, or the options of one; returns the exit code. Raises ConfigError for an unknown group."""
     console = a_console()
     with opened("list", config_dir) as hydra:
         groups = catalogue.groups(hydra)
         if group is not None and group not in groups:
             raise ConfigError(f"There is no group {group}.{did_you_mean(closest(group, groups))} "
-                              f"curionav list knows: {', '.join(groups)}.")
+                              f"The groups are: {', '.join(groups)}.")
         if group == "env":
             rows = [(name, *environment(hydra, name)) for name in groups["env"]]
             console.print(table(ENV_COLUMNS, rows))
@@ -35,12 +35,12 @@ def run(group: str | None, config_dir: Path | None) -> int:
         else:
             rows = [(name, ", ".join(options)) for name, options in groups.items()]
             console.print(table((("group", "left"), ("options", "left")), rows))
-            console.print("curionav list env   (or another group) says more about its options", highlight=False)
+            console.print("curionav list env   (or another group: what its options are)", highlight=False)
     return 0
 
 
 def environment(hydra: Any, name: str) -> tuple[str, ...]:
-    """The cells of an environment's row; one that does not load says why. hydra: as `opened` gives it."""
+    """The cells of an environment's row, or why it does not load. hydra: as `opened` returns it."""
     job = [f"env={name}"]
     try:
         settings, _ = compose(hydra, OverrideErrors(hydra, job), job)

@@ -49,11 +49,11 @@ BEYOND = (  # what no run here can show, and why
 
 
 def run(words: list[str]) -> int:
-    """Print and write one of WHAT; the exit code. words: which, folders of runs, out=DIR."""
+    """Print and write one of WHAT; returns the exit code. words: which one, folders of runs, out=DIR."""
     what = one_of("paper", words[0] if words else "", WHAT)
     folders, chosen = sorted_out("paper", words[1:], CHOICES)
     if folders and what != "numbers":
-        raise ConfigError(f"curionav paper {what} reads no runs, only settings: leave {folders[0]} out.")
+        raise ConfigError(f"curionav paper {what} reads no runs, only settings. Leave out {folders[0]}.")
     out = folder_for(chosen.get("out", "."))
     console = a_console()
     lost: list[str] = []
@@ -79,7 +79,7 @@ def run(words: list[str]) -> int:
 
 
 def written(part: Table) -> dict[str, str]:
-    """A table in three forms."""
+    """A table as Markdown, LaTeX and CSV."""
     return {"md": tables.markdown(part.rows, part.columns, part.title),
             "tex": tables.latex(part.rows, part.columns, part.title), "csv": tables.comma_separated(part.rows)}
 
@@ -101,9 +101,10 @@ def plans() -> dict[str, FloorPlan]:
 
 def numbers(folders: Sequence[Path]) -> tuple[list[Table], list[str]]:
     """A table for each part of the paper, and a line about each thing that is missing or unsure."""
-    home = [run for folder in folders for run in RunFolder.inside(folder) or [RunFolder(folder)] if came_home(run)]
-    runs, lost = read_all([folder for folder in folders if not came_home_only(folder, home)], "landing", "visitable")
-    if folders and not runs and not home:
+    trials = [run for folder in folders for run in RunFolder.inside(folder) or [RunFolder(folder)] if came_home(run)]
+    explored = [folder for folder in folders if not only_docking_trials(folder, trials)]
+    runs, lost = read_all(explored, "landing", "visitable")
+    if folders and not runs and not trials:
         raise ConfigError("\n".join([*lost, "There is no run to take numbers from. Name folders of runs or "
                                      "sweeps, or none."]))
     settings, scenes = composed("paper", "robot=turtlebot2i"), plans()
@@ -111,17 +112,17 @@ def numbers(folders: Sequence[Path]) -> tuple[list[Table], list[str]]:
     parts = {"protocol": paper.protocol(asdict(settings.loop), asdict(settings.robot), scenes,
                                         asdict(settings.agent)["action_repeat"]),
              "surfaces": paper.areas(scenes), "coverage": paper.coverage(comparison),
-             "docking": paper.docking(runs, home)}
-    rows: dict[str, list[Row]] = {name: [one._asdict() for one in found] for name, found in parts.items()}
+             "docking": paper.docking(runs, trials)}
+    rows: dict[str, list[Row]] = {name: [number._asdict() for number in found] for name, found in parts.items()}
     shown = [Table(name, TITLES[name], paper.COLUMNS, found) for name, found in rows.items() if found]
     notes = [*estimates.notes(comparison, None), *lost] if runs else [*lost, "No run was given, so that nothing is "
                                                                        "said about coverage and docking."]
     return [hyperparameters(), *shown], notes
 
 
-def came_home_only(folder: Path, home: Sequence[RunFolder]) -> bool:
+def only_docking_trials(folder: Path, trials: Sequence[RunFolder]) -> bool:
     """Whether all runs in the folder are runs of curionav dock."""
-    paths = [run.path for run in home]
+    paths = [run.path for run in trials]
     return folder in paths or any(path.parent == folder for path in paths)
 
 

@@ -79,7 +79,7 @@ def engine(config: DictConfig, swept: Sequence[Override]) -> Engine | None:
     _, package, *_, name = sweeper._target_.split(".")
     if name == "BasicSweeper":
         return None
-    space = [str(one.input_line) for one in swept if one.is_sweep_override() or foreign(one)]
+    space = [str(override.input_line) for override in swept if override.is_sweep_override() or foreign(override)]
     if package != OPTUNA:
         return Engine(package, name not in GRIDS, space, resumable=name in GRIDS)
     for key, least, most in (("n_trials", 1, float("inf")), ("n_jobs", 1, float("inf")), ("max_failure_rate", 0, 1)):

@@ -73,7 +73,7 @@ def test_the_same_seed_lives_the_same_life(cli: Cli, tmp_path: Path, agent: str)
         assert cli("explore", *SHORT, f"agent={agent}", f"seed={seed}", f"hydra.run.dir={name}").code == 0
     one, two, other = ((tmp_path / name / "episodes" / "000002.npz").read_bytes() for name in ("one", "two", "other"))
     assert one == two
-    if agent not in ("bounce", "frontier"):  # those two may go the same way by different dice
+    if agent not in ("bounce", "frontier"):  # those two may go the same way by other draws
         assert one != other
 
 

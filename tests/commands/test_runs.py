@@ -76,7 +76,7 @@ def test_what_was_asked_for_is_shown_first(cli: Cli, outputs: Path) -> None:
 def test_chosen_and_sorted(cli: Cli, outputs: Path, words: list[str], expected: list[str]) -> None:
     answer = cli("runs", *words)
     assert answer.code == 0 and names(answer.out) == expected
-    assert expected or "is like that" in answer.out
+    assert expected or "matches" in answer.out
 
 
 def test_a_run_that_lives_is_running(cli: Cli, outputs: Path) -> None:
@@ -128,7 +128,7 @@ def test_nothing_of_ones_own_is_written_over(cli: Cli, tmp_path: Path) -> None:
     (tmp_path / "mine" / "env").mkdir(parents=True)
     (tmp_path / "mine" / "env" / "my_room.yaml").write_text("precious")
     answer = cli("init", "mine")
-    assert answer.code == 2 and "mine/env/my_room.yaml is there already" in answer.error
+    assert answer.code == 2 and "mine/env/my_room.yaml exists already" in answer.error
     assert not (tmp_path / "mine" / "agent").exists()
     (tmp_path / "file").write_text("")
     assert cli("init", "file").code == 2
