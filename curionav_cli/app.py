@@ -140,7 +140,7 @@ def unwritable(error: OSError) -> str:
 
     if error.errno not in (*FULL, *LOCKED):
         raise error
-    return f"{error.filename or 'A file'} cannot be written ({error.strerror})."
+    return f"{error.filename or 'A file'} cannot be written ({error.strerror}). Free some space or make it writable."
 
 
 def main(arguments: list[str] | None = None) -> Any:

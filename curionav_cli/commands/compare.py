@@ -45,18 +45,18 @@ def run(words: list[str]) -> int:
     """Compare, print and write; returns the exit code. words: folders of runs or sweeps, and settings of CHOICES."""
     paths, chosen = sorted_out("compare", words, CHOICES)
     folder = folder_for(chosen.get("out") or datetime.now().strftime("outputs/%Y-%m-%d/%H-%M-%S-%f_compare"))
-    way = chosen.get("marking", CHOICES["marking"][0]), chosen.get("denominator", DENOMINATORS[0])
+    counting = chosen.get("marking", CHOICES["marking"][0]), chosen.get("denominator", DENOMINATORS[0])
     at = steps(chosen.get("at", ""))
-    runs, lost = read_all(paths, *way)
+    runs, lost = read_all(paths, *counting)
     if not runs:
         raise ConfigError("\n".join([*lost, "There is no run to compare. Name folders of runs or sweeps, as in: "
                                      "curionav compare outputs/DATE/SWEEP"]))
     comparison = compare(runs)
     baseline = one_of("baseline", chosen["baseline"], list(comparison.arms)) if "baseline" in chosen else None
-    best = {file_name(field.env): report_page.best_runs(field, way) for field in comparison.fields}
+    best = {file_name(field.env): report_page.best_runs(field, counting) for field in comparison.fields}
     notes = [*estimates.notes(comparison, baseline), *lost]
     notes += [line for runs in best.values() for line in report_page.gap_lines(runs) if line not in notes]
-    report = Report(shlex.join(["curionav", "compare", *words]), comparison, baseline, way, at, notes)
+    report = Report(shlex.join(["curionav", "compare", *words]), comparison, baseline, counting, at, notes)
     made = write(report, folder, best)
     console = a_console()
     for part in report.tables:
@@ -81,13 +81,14 @@ class Report:
     command: str
     comparison: Comparison
     baseline: str | None
-    way: tuple[str, str]
+    counting: tuple[str, str]
     at: list[int]
     notes: list[str]
 
     @property
     def counted(self) -> str:
-        return f"{self.way[1]} cells, marked by {self.way[0]}"
+        """How coverage was counted, in words."""
+        return f"{self.counting[1]} cells, marked by {self.counting[0]}"
 
     @cached_property
     def tables(self) -> list[Table]:
@@ -99,6 +100,7 @@ class Report:
         return [table for table in tables if table.rows]
 
     def rows(self, name: str) -> list[Row]:
+        """The rows of the table with this name."""
         return [row for table in self.tables if table.name == name for row in table.rows]
 
 

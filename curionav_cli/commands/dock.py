@@ -44,7 +44,7 @@ def work(settings: Config, folder: Path) -> dict[str, Any]:
 def check(settings: Config) -> None:
     """Check that the robot docks and that the scene loads. Raises UserError."""
     if not isinstance(settings.robot, Turtlebot):
-        raise ConfigError(f"robot={settings.robot.name} is put back to its start and never docks. "
+        raise ConfigError(f"robot={settings.robot.name} respawns at its start and never docks. "
                           "Choose robot=turtlebot2i.")
     build.scene(settings)
     build.check(settings)

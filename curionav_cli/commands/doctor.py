@@ -118,8 +118,8 @@ def self_test() -> Finding:
     began, cpu = time.perf_counter(), time.process_time()
     try:
         settings = composed("explore", *SMALL)
-        with tempfile.TemporaryDirectory() as name, redirect_stdout(io.StringIO()):
-            runs = [exploration.explore(settings, Path(name) / which, drawn=which == "one") for which in ("one", "two")]
+        with tempfile.TemporaryDirectory() as folder, redirect_stdout(io.StringIO()):
+            runs = [exploration.explore(settings, Path(folder) / name, drawn=name == "one") for name in ("one", "two")]
             alike = saved(runs[0]) == saved(runs[1])
             figures = len(list(runs[0].figures.glob("*.png")))
     except (UserError, RunFailed, OSError) as error:

@@ -85,17 +85,20 @@ def written(part: Table) -> dict[str, str]:
 
 
 def hyperparameters() -> Table:
+    """The paper's hyperparameters beside those composed for both scales."""
     ours, small = (vars(composed("paper", f"scale={scale}").agent) for scale in ("paper", "cpu"))
     return Table("hyperparameters", "The paper's hyperparameters beside those that are composed here.",
                  paper.HYPERPARAMETER_COLUMNS, paper.hyperparameters(ours, small))
 
 
 def sizes() -> Table:
+    """The paper's sizes of worlds beside those of the scenes."""
     return Table("sizes", "Visitable states and surfaces: the paper's, and those of the scenes as they load.",
                  paper.SIZE_COLUMNS, paper.sizes(plans()))
 
 
 def plans() -> dict[str, FloorPlan]:
+    """The floor plan of each world that the paper gives a size of."""
     return {env: build.scene(composed("paper", f"env={env}")).plan for env in paper.SIZES}
 
 

@@ -27,13 +27,13 @@ MADE_WITH = ("curionav", "git_commit", "git_changed", "python", "numpy", "torch"
              "device", "engine", "machine", "cores", "threads")
 
 
-def best_runs(field: Field, way: tuple[str, str]) -> list[Run]:
+def best_runs(field: Field, counting: tuple[str, str]) -> list[Run]:
     """The run of each arm that covered most, by this marking rule and denominator."""
-    found = []
+    best_of_arms = []
     for arm, runs in field.arms.items():
         best = max(runs, key=lambda run: (run.curve.at(field.horizon), run.curve.until(field.horizon).area()))
-        found.append(Run(RunFolder(best.folder), *way, arm.removeprefix(best.agent)))
-    return found
+        best_of_arms.append(Run(RunFolder(best.folder), *counting, arm.removeprefix(best.agent)))
+    return best_of_arms
 
 
 def gap_lines(runs: Sequence[Run]) -> list[str]:

@@ -33,10 +33,12 @@ def work(settings: Config, folder: Path) -> dict[str, Any]:
 
 
 def check(settings: Config) -> None:
+    """Check that the scene loads. Raises SceneError or MapError."""
     build.scene(settings)
 
 
 def summary(folder: Path, outcomes: list[Outcome]) -> None:
+    """Print the size of each world and where its pictures are."""
     for outcome in outcomes:
         if not outcome.code:
             area = outcome.result["cells"] * outcome.result["cell"] ** 2

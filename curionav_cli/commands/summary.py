@@ -128,6 +128,7 @@ def one_each(runs: Sequence[Run]) -> list[Run]:
 
 
 def write_text(path: Path, text: str) -> None:
+    """Write a file that is whole or absent."""
     write_whole(path, lambda file: file.write(text.encode()))
 
 
@@ -158,6 +159,7 @@ def print_columns(rows: Sequence[dict[str, Any]], columns: tables.Columns, conso
 
 
 def print_files(console: Console, root: Path, names: Sequence[str]) -> None:
+    """Print the paths of those files in `root` that exist."""
     console.print("\n[bold]Files[/]")
     for path in (root / name for name in names):
         if path.exists():
@@ -165,6 +167,7 @@ def print_files(console: Console, root: Path, names: Sequence[str]) -> None:
 
 
 def print_next(console: Console, lines: Sequence[str]) -> None:
+    """Print the commands to type next."""
     console.print("\n[bold]Next[/]")
     for line in lines:
         console.print(f"  {line}", soft_wrap=True, highlight=False, markup=False)

@@ -73,7 +73,8 @@ def check_server(settings: Config) -> None:
     if settings.data:
         raise ConfigError("data=... and storage=... are two places to learn from. Give one of them.")
     if settings.learner is Learner.remote:
-        raise ConfigError("learner=remote is for the robot, as in curionav explore; curionav train learns here.")
+        raise ConfigError("learner=remote is for the robot, curionav explore; curionav train itself learns. "
+                          "Leave it out.")
     build.check(settings)
     build.check_lengths(settings)
     remote_setup.check(settings)

@@ -20,7 +20,7 @@ HIDDEN = ("hydra", "schema")
 
 
 def groups(hydra: Hydra) -> dict[str, list[str]]:
-    """Group -> its options: env, agent, robot, scale, ..."""
+    """The groups (env, agent, robot, scale, ...), each with its options."""
     loader = hydra.config_loader
     names = (name for name in loader.list_groups("") if name not in HIDDEN)
     return {name: options for name in sorted(names) if (options := options_of(hydra, name))}
@@ -63,7 +63,7 @@ def composed(hydra: Hydra, overrides: list[str]) -> DictConfig:
 
 
 def flat(config: DictConfig, words: bool = True) -> Iterator[tuple[str, Any]]:
-    """('loop.steps', 500), ... as YAML would show them; lists and empty dictionaries are values.
+    """Yield keys and values as YAML shows them: ('loop.steps', 500), ...; lists and empty dictionaries are values.
 
     words: members of an enumeration as their names.
     """
@@ -73,7 +73,7 @@ def flat(config: DictConfig, words: bool = True) -> Iterator[tuple[str, Any]]:
 
 
 def hydra_keys(config: DictConfig) -> list[str]:
-    """hydra.sweeper.n_trials, ...: every key of Hydra's own part."""
+    """Every key of Hydra's own part: hydra.sweeper.n_trials, ..."""
     container = OmegaConf.to_container(config.hydra)
     assert isinstance(container, dict)
     return [key for key, _ in leaves(container, "hydra.")]

@@ -49,6 +49,7 @@ class Job:
         return self.outcome(config)
 
     def outcome(self, config: DictConfig) -> Outcome:
+        """Run the job; an error becomes its Outcome."""
         runtime = HydraConfig.get().runtime
         folder = Path(runtime.output_dir)
         log = logging.getLogger("curionav")

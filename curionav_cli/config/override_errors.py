@@ -90,6 +90,7 @@ class OverrideErrors:
                 self.option(key, choice, options)
 
     def option(self, group: str, choice: object, options: list[str]) -> None:
+        """Refuse a choice that is none of the group's options. Raises ConfigError."""
         if str(choice) in options or (choice in (None, "null") and group not in REQUIRED):
             return
         if extra := EXTRAS.get(group, {}).get(str(choice)):
@@ -108,6 +109,7 @@ class OverrideErrors:
                 raise ConfigError(f"{override.input_line} is for sweeps. Add -m: {line}")
 
     def dashes(self, word: str, following: list[str]) -> NoReturn:
+        """Raise ConfigError for an unknown option, with the setting that is nearest."""
         name, _, value = word.lstrip("-").partition("=")
         value = value or next((text for text in following if not text.startswith("-")), "...")
         known = self.known_keys([])
@@ -118,6 +120,7 @@ class OverrideErrors:
         )
 
     def unreadable(self, word: str, error: OverrideParseException) -> NoReturn:
+        """Raise ConfigError for a word that is no key=value."""
         if re.fullmatch(r"[\w./]+", word):
             options = self.groups.get(word)
             known = self.known_keys([])

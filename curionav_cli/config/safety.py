@@ -37,7 +37,7 @@ def refuse_callables(config: DictConfig) -> None:
         if "override_dirname" in name:  # which holds the values of the sweep
             parts += re.split("[/=]", str(hydra["sweeper"].get("params")))
         if not re.fullmatch(form, name) or ".." in parts or not parts[0]:
-            raise ConfigError(f"hydra.{key}: {name} would be written outside the run's folder.")
+            raise ConfigError(f"hydra.{key}: {name} would be written outside the run's folder. Leave it out.")
     for key in ("callbacks", "job.env_set"):
         if OmegaConf.select(config.hydra, key):
             raise ConfigError(f"hydra.{key}: a config may not run code or set the environment. Use the shell for it.")
@@ -49,7 +49,7 @@ def refuse_callables(config: DictConfig) -> None:
         called = {"_target_": not re.fullmatch(TARGETS.get(key, ""), text), "()": logs,
                   "class": logs and not text.startswith(LOGGING)}
         if called.get(leaf) or (text.startswith("ext://") and not text.startswith("ext://sys.std")):
-            raise ConfigError(f"{key}: {value} would be called; a config may not name what is called.")
+            raise ConfigError(f"{key}: {value} would be called; a config may not name what is called. Leave it out.")
         if key.startswith("hydra.sweeper.storage") and not re.fullmatch(STORED, text):
             raise ConfigError(f"{key}: a search is kept in the sweep's folder, sqlite:///${{hydra.sweep.dir}}/..., "
                               f"not at {value}.")
@@ -58,7 +58,7 @@ def refuse_callables(config: DictConfig) -> None:
 
 
 def leaves(tree: Any, key: str) -> Iterator[tuple[str, Any]]:
-    """('hydra.launcher._target_', '...'), ...: all values, those in lists too."""
+    """Yield all keys and values of a tree, those in lists too: ('hydra.launcher._target_', '...'), ..."""
     inner = tree.items() if isinstance(tree, dict) else enumerate(tree) if isinstance(tree, list) else ()
     for name, value in inner:
         yield from leaves(value, f"{key}.{name}")

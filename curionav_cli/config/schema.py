@@ -34,7 +34,7 @@ class Compile(Enum):
 
 
 class Learner(Enum):
-    """local: in this process; remote: episodes go to `storage`, where curionav train learns, and weights come back."""
+    """Where learning happens. local: in this process; remote: in curionav train, by way of `storage`."""
 
     local = "local"
     remote = "remote"
@@ -48,7 +48,7 @@ class Logger(Enum):
 
 
 class Scale(Enum):
-    """cpu: minutes on two cores; paper: the paper's hyperparameter table."""
+    """The size of an experiment. cpu: minutes on two cores; paper: the paper's hyperparameter table."""
 
     cpu = "cpu"
     paper = "paper"

@@ -68,7 +68,7 @@ def read_settings(path: Path, changes: Sequence[str] = ()) -> Config:
         node.merge_with({"agent": OLDER.get(recorded.agent.name, {})}, recorded)
         settings = as_settings(node)
     except OSError as error:
-        raise RunFolderError(f"{path} cannot be read ({error.strerror}): not the folder of a run.") from error
+        raise RunFolderError(f"{path} cannot be read ({error.strerror}). Name the folder of a run.") from error
     except (OmegaConfBaseException, ConfigError, LookupError, AttributeError, ArithmeticError, RecursionError,
             TypeError, ValueError, yaml.YAMLError) as error:
         line = next(iter(str(error).splitlines()), type(error).__name__)

@@ -73,7 +73,7 @@ def user_directories(config_dirs: Iterable[Path | None]) -> list[Path]:
             named.append(("CURIONAV_CONFIG_PATH", place(part)))
     for origin, path in named:
         if not path.is_dir():
-            raise ConfigError(f"{origin}: there is no directory {path}.")
+            raise ConfigError(f"{origin}: there is no directory {path}. Name one that exists.")
     for file in (file for _, path in named for file in path.rglob("*.yaml")):
         try:
             refuse_bomb(file.read_text(encoding="utf-8"))

@@ -55,7 +55,8 @@ def ended(run: RunFolder, error: BaseException) -> BaseException:
         error = RunFailed(f"The disk is full. {kept} Free some space, then: "
                           f"curionav resume {shlex.quote(str(run.path))}")
     elif isinstance(error, OSError) and error.errno in LOCKED:
-        error = RunFailed(f"{error.filename or run.path} cannot be written ({error.strerror}). {kept}")
+        error = RunFailed(f"{error.filename or run.path} cannot be written ({error.strerror}). {kept} "
+                          f"Make it writable, then: curionav resume {shlex.quote(str(run.path))}")
     elif out_of_memory(error):
         error = RunFailed(f"Out of memory ({first_line(error)}). {kept} Lower loop.replay_memory, loop.steps or the "
                           "sizes of the agent, or in a sweep hydra.launcher.n_jobs, then: "

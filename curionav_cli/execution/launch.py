@@ -45,7 +45,7 @@ class Request:
 
 @dataclass(frozen=True)
 class RecordFailure:
-    """`work`, with a status.json for a run that fails before it has one, so that its folder holds the reason."""
+    """Do `work`; a run that fails before it has a status.json gets one, so that its folder holds the reason."""
 
     work: Work
 
@@ -61,7 +61,7 @@ class RecordFailure:
 
 @dataclass(frozen=True)
 class SkipFailed:
-    """`work` for all runs except those that have failed before."""
+    """Do `work`, except for runs that have failed before."""
 
     work: Work
 

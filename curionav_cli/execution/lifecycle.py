@@ -57,7 +57,7 @@ def run_task(command: str, task: Task) -> RunFolder:
 
     Raises UserError before anything is written, RunFailed where the run cannot go on.
     """
-    run, found = task.run, None
+    run, saved = task.run, None
     with run.alone(), stoppable():
         begun = run.config.is_file()
         run.refuse_rest()
@@ -66,15 +66,15 @@ def run_task(command: str, task: Task) -> RunFolder:
             if finished(task):
                 say(f"{run.path}: is done already")
                 return run
-            found = newest(task)
+            saved = newest(task)
         agent = task.agent()
         try:
             if begun:
-                continue_run(task, agent, found)
+                continue_run(task, agent, saved)
             else:
                 about = provenance.about(run.path, command, str(agent.device), task.settings.seed)
                 task.create({**about, **precision.about(task.settings), "question": task.settings.question})
-            task.work(agent, found[0] if found else 0)
+            task.work(agent, saved[0] if saved else 0)
             run.set_status(state="done")
         except BaseException as error:
             failure = ended(run, error)
@@ -96,16 +96,16 @@ def finished(task: Task) -> bool:
 
 def newest(task: Task) -> tuple[int, Path] | None:
     """The checkpoint to resume from; None where the run ended before its first one. Raises RunFolderError."""
-    found = checkpoint.newest(task.run.checkpoints, task.fixed, task.verify)
-    if not found and len(task.run.metrics()) > 1:
+    saved = checkpoint.newest(task.run.checkpoints, task.fixed, task.verify)
+    if not saved and len(task.run.metrics()) > 1:
         raise RunFolderError(f"{task.run.checkpoints} holds no whole checkpoint of what was done. "
                              "Restore it from a copy, or start a new run in another folder.")
-    return found
+    return saved
 
 
-def continue_run(task: Task, agent: Agent, found: tuple[int, Path] | None) -> None:
+def continue_run(task: Task, agent: Agent, saved: tuple[int, Path] | None) -> None:
     """Rewind the run folder and the agent to the checkpoint, or to the start."""
-    done, folder = found or (0, None)
+    done, folder = saved or (0, None)
     task.rewind(done)
     if folder:
         agent.load(folder)

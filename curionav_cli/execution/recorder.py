@@ -106,8 +106,8 @@ def estimate_error(episode: Episode) -> dict[str, Any]:
     if episode.estimate is None:
         return {}
     x, y, yaw = episode.estimate[-1] - episode.pose[-1]
-    home = {"docked": not episode.dock["human"], "carried": episode.dock["human"]} if episode.dock else {}
-    return {"position_error": math.hypot(x, y), "yaw_error": math.degrees(abs(wrapped(yaw))), **home}
+    returned = {"docked": not episode.dock["human"], "carried": episode.dock["human"]} if episode.dock else {}
+    return {"position_error": math.hypot(x, y), "yaw_error": math.degrees(abs(wrapped(yaw))), **returned}
 
 
 def action_shares(episode: Episode) -> dict[str, float]:

@@ -32,8 +32,8 @@ def remote_learner(settings: Config, run: RunFolder, agent: Agent, shared: dict[
         store.create()
         agree(store, shared)
         if fresh and store.names("episodes", MARKED):
-            raise RunFolderError(f"storage: {settings.storage} holds the episodes of another run. Go on in its folder, "
-                                 "or use an empty place.")
+            raise RunFolderError(f"storage: {settings.storage} holds the episodes of another run. Resume that run, "
+                                 "or use an empty storage.")
     except Unreachable as error:
         if fresh:
             refuse_denied(settings, error)
@@ -46,7 +46,7 @@ def remote_learner(settings: Config, run: RunFolder, agent: Agent, shared: dict[
 def opened(settings: Config) -> ObjectStore:
     """Open the storage of the settings. Raises ConfigError where there is none."""
     if not settings.storage:
-        raise ConfigError(f"learner=remote needs a place where robot and server meet: {EXAMPLES}.")
+        raise ConfigError(f"learner=remote needs a storage for robot and server: {EXAMPLES}.")
     return ObjectStore.at(settings.storage, settings.remote.timeout)
 
 

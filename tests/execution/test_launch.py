@@ -138,7 +138,7 @@ def test_what_failed_before_is_spared(recorded: Recorded, capsys: Captured) -> N
 
 def test_ctrl_c_names_the_jobs_of_a_queue(tmp_path: Path) -> None:
     def to_go_on(folder: Path) -> str:
-        return sweep_failures.to_go_on(Plan([], True, folder, [[]], beside=True, queued=True))
+        return sweep_failures.how_to_continue(Plan([], True, folder, [[]], beside=True, queued=True))
     assert to_go_on(tmp_path / "a b") == f"To go on: curionav resume '{tmp_path}/a b'"
     for name in ("7", "12", "%j"):
         (tmp_path / ".submitit" / name).mkdir(parents=True)

@@ -214,7 +214,7 @@ def test_the_best_stands_first() -> None:
 
 def test_scancel_is_for_slurm(tmp_path: Path) -> None:
     (tmp_path / ".submitit" / "7").mkdir(parents=True)
-    assert "To stop them" not in sweep_failures.to_go_on(Plan([], True, tmp_path, [[]], beside=True))
+    assert "To stop them" not in sweep_failures.how_to_continue(Plan([], True, tmp_path, [[]], beside=True))
     with opened("explore") as hydra:
         for launcher, queued in (("submitit_local", False), ("submitit_slurm", True)):
             words = ["agent=random", "seed=1,2", f"hydra/launcher={launcher}"]
