@@ -15,7 +15,7 @@ from curionav_cli.storage.provenance import PACKAGES
 from curionav_cli.storage.run_folder import RunFolder
 
 
-def test_the_self_test_lives_learns_draws_and_repeats_itself() -> None:
+def test_the_self_test_acts_learns_draws_and_repeats_itself() -> None:
     what, state, details = doctor.self_test()
     assert (what, state) == ("self-test", doctor.OK), details
     assert details.startswith("2 episodes of 12 steps, 8 updates, 4 figures; run twice: the same bytes (")
@@ -32,7 +32,7 @@ def test_a_run_that_does_not_repeat_itself_is_broken(monkeypatch: pytest.MonkeyP
     assert (what, state) == ("self-test", doctor.BROKEN) and "not the same bytes" in details
 
 
-def test_a_run_that_fails_is_told_in_its_own_words(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_run_that_fails_is_reported_in_its_own_words(monkeypatch: pytest.MonkeyPatch) -> None:
     def full(*_: object, **__: object) -> None:
         raise RunFailed("The disk is full.")
     monkeypatch.setattr(doctor.exploration, "explore", full)

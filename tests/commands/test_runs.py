@@ -79,7 +79,7 @@ def test_chosen_and_sorted(cli: Cli, outputs: Path, words: list[str], expected: 
     assert expected or "matches" in answer.out
 
 
-def test_a_run_that_lives_is_running(cli: Cli, outputs: Path) -> None:
+def test_a_run_in_use_is_running(cli: Cli, outputs: Path) -> None:
     with RunFolder(outputs / "day" / "sweep" / "1").alone():
         assert names(cli("runs", "state=running").out) == ["sweep/1"]
 
@@ -161,7 +161,7 @@ def test_a_sweep_goes_on(cli: Cli, tmp_path: Path) -> None:
     assert "| 2_small_room_random_2 |" in (tmp_path / "sweep" / "table.md").read_text()
 
 
-def test_what_was_lived_is_not_lived_over(cli: Cli, tmp_path: Path) -> None:
+def test_episodes_are_not_overwritten(cli: Cli, tmp_path: Path) -> None:
     """Without its config.yaml a folder is no run, but what it holds took time."""
     assert cli("explore", "-m", *SWEEP, "seed=0,1").code == 0
     run = tmp_path / "sweep" / "1_small_room_random_1"

@@ -230,7 +230,7 @@ def harmed(folder: Path, explored: Path, harm: str) -> None:
      "was lived by one who did not hold its actions for 2 steps, as agent.action_repeat=2 needs it"),
     ("", ("data=DATA", "env=large_lab"), "was recorded in small_room, not in large_lab. Add env=small_room"),
 ])
-def test_what_cannot_be_trained_from_is_told_in_one_line(
+def test_what_cannot_be_trained_from_is_answered_in_one_line(
         cli: Cli, explored: Path, tmp_path: Path, harm: str, words: tuple[str, ...], said: str) -> None:
     harmed(tmp_path / "data", explored, harm)
     given = {word.partition("=")[0]: word.replace("DATA", str(explored)) for word in ("data=data", *TINY, *words)}
@@ -250,7 +250,7 @@ def test_an_agent_that_does_not_learn_is_not_trained_and_exploring_needs_no_data
     assert answer.code == 2 and answer.error.startswith("data=... is what curionav train learns from")
 
 
-def test_a_full_disk_ends_a_training_as_it_ends_a_life(
+def test_a_full_disk_ends_a_training_as_it_ends_an_exploration(
         cli: Cli, explored: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     def full(*_: object) -> None:
         raise OSError(28, "No space left on device")

@@ -137,7 +137,7 @@ def test_a_killed_server_ends_as_a_quiet_one(
 
 
 @pytest.mark.slow
-def test_a_robot_that_fell_lives_its_episode_again_as_it_was(tmp_path: Path, cli: Cli, quiet: dict[str, bytes]) -> None:
+def test_a_killed_robot_runs_its_episode_again_as_it_was(tmp_path: Path, cli: Cli, quiet: dict[str, bytes]) -> None:
     """Newer weights came meanwhile, and wait until the episode was run again: nothing comes twice."""
     storage, robot = (tmp_path / "storage").as_uri(), tmp_path / "robot"
     fallen = KILLED.replace('if moment == "fetched"', """

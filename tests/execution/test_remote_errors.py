@@ -39,7 +39,7 @@ def test_what_cannot_be_meant_is_answered_before_anything_is_written(
     assert not (tmp_path / "run").exists()
 
 
-def test_places_that_are_none_begin_no_life(cli: Cli, tmp_path: Path) -> None:
+def test_places_that_are_no_storage_begin_no_run(cli: Cli, tmp_path: Path) -> None:
     """A file where the folder should be; a folder of another run."""
     (tmp_path / "file").touch()
     for line in (("explore", "learner=remote"), ("train",)):
@@ -52,7 +52,7 @@ def test_places_that_are_none_begin_no_life(cli: Cli, tmp_path: Path) -> None:
         assert not list(tmp_path.glob("*/episodes/*"))
 
 
-def test_episodes_that_stay_in_the_outbox_are_told_at_the_end(cli: Cli, tmp_path: Path) -> None:
+def test_episodes_that_stay_in_the_outbox_are_reported_at_the_end(cli: Cli, tmp_path: Path) -> None:
     """Of a run that is done but for that; the same command delivers them."""
     away = tmp_path / "storage"
     away.touch()

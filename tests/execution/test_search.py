@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import signal
 import subprocess
 import sys
@@ -18,7 +17,6 @@ import yaml
 from entry import Cli
 from tiny import LEARNER
 
-from curionav_cli.commands import doctor
 from curionav_cli.commands.summary import best_first
 from curionav_cli.config import catalogue
 from curionav_cli.config.compose import Plan, plan
@@ -88,7 +86,7 @@ def test_a_search_ends_where_more_fail_than_may(capsys: Captured) -> None:
     assert states() == "FAIL FAIL" and "0_small_room_random_1" in capsys.readouterr().err
 
 
-def test_an_engine_that_only_minimises_is_told_the_negative() -> None:
+def test_an_engine_that_only_minimises_gets_the_negative() -> None:
     engine = Engine("hydra_orion_sweeper", True, ["x=1"])
     assert engine.about("coverage").startswith("orion searches for the largest coverage (it minimises the negative):")
     other = Engine("hydra_other_sweeper", True, ["x=1"])
@@ -219,26 +217,6 @@ def test_scancel_is_for_slurm(tmp_path: Path) -> None:
         for launcher, queued in (("submitit_local", False), ("submitit_slurm", True)):
             words = ["agent=random", "seed=1,2", f"hydra/launcher={launcher}"]
             assert plan(hydra, words, True).queued == queued
-
-
-def test_a_broken_plugin_is_named_and_left_out(tmp_path: Path) -> None:
-    for name, line in (("raises", "raise ValueError('mutable default')"), ("misses", "import a_package_that_is_not")):
-        (tmp_path / "hydra_plugins" / name).mkdir(parents=True)
-        (tmp_path / "hydra_plugins" / name / "__init__.py").write_text(f"{line}\n")
-    answer = subprocess.run([sys.executable, "-m", "curionav_cli", "list", "agent"], capture_output=True, text=True,
-                          env={**os.environ, "PYTHONPATH": str(tmp_path)}, check=False)
-    assert answer.returncode == 0 and "lbs_dreamer" in answer.stdout
-    assert sorted(answer.stderr.splitlines()) == [
-        "warning: The Hydra plugin hydra_plugins.misses cannot be imported (ModuleNotFoundError: No module named "
-        "'a_package_that_is_not'). It is left out.",
-        "warning: The Hydra plugin hydra_plugins.raises cannot be imported (ValueError: mutable default). "
-        "It is left out."]
-
-
-def test_the_doctor_reports_it(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(doctor, "broken", lambda: {"hydra-ax-sweeper 1.2.0": "ValueError: mutable default"})
-    assert list(doctor.plugins()) == [("hydra-ax-sweeper 1.2.0", doctor.LEFT_OUT,
-                                       "a Hydra plugin that cannot be imported: ValueError: mutable default")]
 
 
 @pytest.mark.slow

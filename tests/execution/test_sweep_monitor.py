@@ -36,7 +36,7 @@ def drawn(monitor: SweepMonitor, height: int) -> list[str]:
     return [line.rstrip() for line in text.getvalue().splitlines()]
 
 
-def test_changes_are_told_once(sweep: SweepMonitor, tmp_path: Path) -> None:
+def test_changes_are_reported_once(sweep: SweepMonitor, tmp_path: Path) -> None:
     assert sweep.update() == ["0_a", "1_a", "2_a"]
     assert sweep.update() == []
     assert sweep.count() == "5 runs: 1 running, 1 failed, 1 done, 2 waiting"
