@@ -1,4 +1,4 @@
-"""The docking diagram: runs returns to dock and counts the changes of phase in the server's feedback."""
+"""The docking diagram: the phases in the feedback of the docking server, counted over returns to dock."""
 
 from __future__ import annotations
 
@@ -16,6 +16,7 @@ from curionav_cli.robot.docking.recoveries import attempts
 from curionav_cli.robot.docking.server import DockingServer
 
 REQUESTS, STEPS = 30, 100  # returns to dock in each room, actions before each
+ROOMS = ("small_room", "large_lab")
 NAME = "docking_diagram.png"
 
 
@@ -44,7 +45,7 @@ class Watched:
 
 
 def watched(settings: Config, requests: int) -> Moves:
-    """How often one phase followed another in so many returns to dock."""
+    """Count how often one phase follows another in `requests` returns to dock."""
     world, moves = build.scene(settings), Moves()
     env = build.robot_env(settings, world, False, lambda server: Watched(server, moves))
     agent = build.agent(settings, world)
@@ -54,7 +55,7 @@ def watched(settings: Config, requests: int) -> Moves:
 
 
 def draw(rooms: Sequence[Config], folder: Path, requests: int = REQUESTS) -> str:
-    """One diagram over these rooms; its name in the folder."""
+    """Draw one diagram over these rooms; returns its name in the folder."""
     moves: Moves = sum((watched(room, requests) for room in rooms), Counter())
     names = dict.fromkeys(name for name, _ in attempts(rooms[0].robot.docking))
     recoveries = [name for name in names if name != "staging"]
