@@ -16,7 +16,7 @@ from typing import Annotated, Any
 import typer
 
 from curionav_cli import __version__
-from curionav_cli.commands.settings_help import Commands, Kind, Part, SettingsCommand
+from curionav_cli.commands.settings_help import Kind, Part, SettingsCommand
 from curionav_cli.errors import RunFailed, Terminated, Unread, UserError
 
 SETTINGS = {"help_option_names": ["-h", "--help"], "ignore_unknown_options": True}
@@ -24,7 +24,6 @@ SETTINGS = {"help_option_names": ["-h", "--help"], "ignore_unknown_options": Tru
 
 app = typer.Typer(
     name="curionav",
-    cls=Commands,
     help="A robot learns to navigate from scratch with a world model and curiosity.",
     context_settings={"help_option_names": ["-h", "--help"]},
     no_args_is_help=True,
@@ -241,6 +240,8 @@ def main(arguments: list[str] | None = None) -> Any:
     try:
         try:
             app(arguments)
+        except SystemExit as end:
+            raise end.__context__ if isinstance(end.__context__, BrokenPipeError) else end  # rich and click say 1
         finally:
             sys.stdout.flush()  # while a closed pipe can still be answered
     except (Unread, BrokenPipeError):

@@ -9,9 +9,7 @@ from typing import Any
 from rich.console import Console
 from rich.panel import Panel
 from rich.table import Table
-from typer.core import TyperCommand, TyperGroup
-
-from curionav_cli.errors import Unread
+from typer.core import TyperCommand
 
 CHOSEN = {"dock": ("agent=bounce", "robot=turtlebot2i")}  # where a command's defaults are others
 
@@ -35,16 +33,6 @@ class Kind(StrEnum):
     tree = "defaults-tree"
     plugins = "plugins"
     searchpath = "searchpath"
-
-
-class Commands(TyperGroup):
-    """Typer would give a closed pipe the exit code of a failed run."""
-
-    def invoke(self, ctx: Any) -> Any:
-        try:
-            return super().invoke(ctx)
-        except BrokenPipeError:
-            raise Unread from None
 
 
 class SettingsCommand(TyperCommand):
