@@ -85,7 +85,8 @@ def _from_above(scene: Scene) -> tuple[np.ndarray, float]:
     row, column = (np.minimum((np.arange(n) * texel / scene.plan.cell).astype(int), most - 1)
                    for n, most in zip(image.shape[:2], scene.plan.floor.shape))
     image[~scene.plan.floor[np.ix_(row, column)]] = INK
-    image[scene.plan.unknown[np.ix_(row, column)]] = MIST
+    unknown = scene.plan.unknown[np.ix_(row, column)]
+    image[unknown] = MIST
     boxes = scene.boxes
     closed = boxes.high[:, 2] >= scene.height
     lintel = closed & (boxes.low[:, 2] >= DOOR)
@@ -95,7 +96,10 @@ def _from_above(scene: Scene) -> tuple[np.ndarray, float]:
         corners = np.stack([boxes.low[box, :2], boxes.high[box, :2]])
         (c0, c1), (r0, r1) = np.rint(corners / texel).astype(int).clip(0).T
         part = image[r0:r1, c0:c1]
-        part[:] = INK if closed[box] else _top(picture(boxes.materials[boxes.top[box]]), part.shape[:2])
+        if closed[box]:  # one of a map may stand for cells of the unknown, too
+            part[~unknown[r0:r1, c0:c1]] = INK
+        else:
+            part[:] = _top(picture(boxes.materials[boxes.top[box]]), part.shape[:2])
     return image, texel
 
 

@@ -59,8 +59,9 @@ def read_map(path: Path, unknown_grey: int | None = None) -> RosMap:
     cells = cv2.LUT(image.grey, occupancy)
     if image.clear is not None and spec.mode != "raw":
         cells[image.clear] = UNKNOWN
-    if unknown_grey is None and occupancy[TRAP_GREY] == FREE and _trapped(image.grey, cells) > TRAP_SHARE:
-        warnings.warn(f"{path}: grey {TRAP_GREY} usually means unknown, and with free_thresh {spec.free:g} it is free. "
+    if unknown_grey is None and FREE <= occupancy[TRAP_GREY] < OCCUPIED and _trapped(image.grey, cells) > TRAP_SHARE:
+        where = f"mode {spec.mode}" if spec.mode == "scale" else f"free_thresh {spec.free:g}"
+        warnings.warn(f"{path}: grey {TRAP_GREY} usually means unknown, and with {where} it is free. "
                       f"Set env.unknown_grey={TRAP_GREY} if rooms run out into the unknown.", MapWarning, stacklevel=2)
     spec.warn_of_rounding(max(cells.shape))
     return RosMap(cells[::-1], spec.resolution, spec.origin)
@@ -84,7 +85,7 @@ def _occupancy_of_greys(spec: MapFile) -> np.ndarray:
 def _trapped(grey: np.ndarray, cells: np.ndarray) -> float:
     """The share of free cells of the grey that usually means unknown."""
     parts = ((grey.reshape(-1)[at:at + BLOCK], cells.reshape(-1)[at:at + BLOCK]) for at in range(0, grey.size, BLOCK))
-    return sum(np.count_nonzero((shade == TRAP_GREY) & (cell == FREE)) for shade, cell in parts) / max(1, grey.size)
+    return sum(np.count_nonzero((shade == TRAP_GREY) & (cell >= FREE)) for shade, cell in parts) / max(1, grey.size)
 
 
 def explored_map(env: Env) -> RosMap:
