@@ -158,7 +158,9 @@ def main(arguments: list[str] | None = None) -> Any:
         try:
             app(arguments)
         except SystemExit as end:
-            raise end.__context__ if isinstance(end.__context__, BrokenPipeError) else end  # rich and click say 1
+            if isinstance(end.__context__, BrokenPipeError):  # rich and click end with 1
+                raise end.__context__ from None
+            raise
         finally:
             sys.stdout.flush()  # here, where a closed pipe is still caught
     except (Unread, BrokenPipeError):
