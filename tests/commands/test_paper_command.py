@@ -12,7 +12,7 @@ import pytest
 from entry import Cli
 
 from curionav_cli.commands import diagram
-from curionav_cli.commands.paper import composed
+from curionav_cli.config.compose import composed
 from curionav_cli.results import docking_diagram
 from curionav_cli.results.docking_diagram import PLACES
 from curionav_cli.robot.docking.action import Phase
@@ -68,7 +68,7 @@ def test_runs_of_dock_are_counted_too(cli: Cli, tmp_path: Path) -> None:
 
 def test_the_diagram_has_every_phase_and_what_was_passed_through(tmp_path: Path) -> None:
     assert set(PLACES) == {phase.value for phase in Phase}
-    room = composed("env=small_room", "agent=bounce", "robot=turtlebot2i", "loop.steps=20")
+    room = composed("explore", "env=small_room", "agent=bounce", "robot=turtlebot2i", "loop.steps=20")
     moves = diagram.watched(room, 2)
     assert moves["idle", "nav_to_staging"] == 2
     assert sum(count for (_, after), count in moves.items() if after in ("docked", "human_intervention")) == 2

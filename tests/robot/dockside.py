@@ -10,10 +10,8 @@ from typing import Any
 import numpy as np
 
 from curionav_cli import build
-from curionav_cli.config.compose import compose
-from curionav_cli.config.override_errors import OverrideErrors
+from curionav_cli.config.compose import composed
 from curionav_cli.config.schema import Config
-from curionav_cli.config.sources import opened
 from curionav_cli.records import Pose
 from curionav_cli.robot.charging_dock import ChargingDock
 from curionav_cli.robot.docking.action import Feedback, Goal
@@ -27,10 +25,8 @@ from curionav_cli.world.scene.scene import Scene
 
 
 @cache
-def composed(env: str = "small_room", robot: str = "turtlebot2i") -> tuple[Config, Scene]:
-    words = [f"env={env}", f"robot={robot}", "agent=bounce"]
-    with opened("dock") as hydra:
-        settings, _ = compose(hydra, OverrideErrors(hydra, words), words)
+def settings_and_scene(env: str = "small_room", robot: str = "turtlebot2i") -> tuple[Config, Scene]:
+    settings = composed("dock", f"env={env}", f"robot={robot}", "agent=bounce")
     return settings, build.scene(settings)
 
 
@@ -42,7 +38,7 @@ class Dockside:
 
     def __init__(self, at: tuple[float, float, float] = (1.0, 0.0, 0.0),
                  estimate_error: tuple[float, float] = (0.0, 0.0), seed: int = 0, **docking: Any):
-        settings, self.scene = composed()
+        settings, self.scene = settings_and_scene()
         self.profile = replace(settings.robot, docking=replace(settings.robot.docking, **docking))
         dock = self.scene.dock
         ahead = np.array([math.cos(dock.yaw), math.sin(dock.yaw)])
