@@ -16,7 +16,7 @@ from rich.text import Text
 from curionav_cli.config.search import NOTE, noted
 from curionav_cli.errors import UserError
 from curionav_cli.execution.screen import a_console
-from curionav_cli.files import file_name, write_whole
+from curionav_cli.files import file_name, write_bytes
 from curionav_cli.results import plots, tables
 from curionav_cli.results.runs import Run, distinguish, job_number
 
@@ -129,7 +129,7 @@ def one_each(runs: Sequence[Run]) -> list[Run]:
 
 def write_text(path: Path, text: str) -> None:
     """Write a file that is whole or absent."""
-    write_whole(path, lambda file: file.write(text.encode()))
+    write_bytes(path, text.encode())
 
 
 def print_table(rows: Sequence[dict[str, Any]], console: Console, shown: Sequence[str] = SHOWN) -> None:

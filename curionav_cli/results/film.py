@@ -17,7 +17,7 @@ import numpy as np
 from matplotlib.colors import to_rgb
 
 from curionav_cli.errors import RunFolderError
-from curionav_cli.files import write_whole
+from curionav_cli.files import write_bytes
 from curionav_cli.records import Episode, FloorPlan
 from curionav_cli.results.floor_plans import START, picture_of
 
@@ -87,7 +87,7 @@ def write(pictures: Iterable[np.ndarray], path: Path) -> None:
         file = Path(folder) / "film.webm"
         encode(pictures, file)
         film = file.read_bytes()
-    write_whole(path, lambda out: out.write(settled(film)))
+    write_bytes(path, settled(film))
 
 
 def encode(pictures: Iterable[np.ndarray], file: Path) -> None:

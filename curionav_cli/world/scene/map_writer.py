@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
-from curionav_cli.files import write_whole
+from curionav_cli.files import write_bytes
 from curionav_cli.records import ORIGIN, Pose
 from curionav_cli.world.scene.ros_map import FREE, OCCUPIED, UNKNOWN
 
@@ -34,5 +34,5 @@ def write_map(path: Path, cells: np.ndarray, resolution: float, origin: Pose = O
     head = f"P5\n# {float(resolution)!r} m/pix\n{columns} {rows}\n255\n".encode()
     text = (f"image: {json.dumps(image.name, ensure_ascii=False)}\nmode: trinary\nresolution: {float(resolution)!r}\n"
             f"origin: {[float(part) for part in origin]}\nnegate: 0\noccupied_thresh: 0.65\nfree_thresh: 0.196\n")
-    write_whole(image, lambda file: file.write(head + grey[::-1].tobytes()))
-    write_whole(path, lambda file: file.write(text.encode()))
+    write_bytes(image, head + grey[::-1].tobytes())
+    write_bytes(path, text.encode())
