@@ -16,7 +16,7 @@ SWEEP = .venv/bin/curionav explore -m launcher=cores
 SMOKE = 'seed=range(2)' loop.episodes=2 loop.steps=80 loop.iterations=4
 ROOM = env=small_room $(if $(filter smoke,$(SCALE)),$(SMOKE),'seed=range(5)' loop.episodes=60)
 FLAT = env=apartment_0 $(if $(filter smoke,$(SCALE)),$(SMOKE),'seed=range(5)' loop.episodes=100)
-WANDERERS = agent=random,sticky,bounce,frontier
+BASELINES = agent=random,sticky,bounce,frontier
 QUESTION = experiment=curiosity_controls
 
 
@@ -25,7 +25,7 @@ QUESTION = experiment=curiosity_controls
 FIG = outputs/figures/$(SCALE)
 RUNS = $(FIG)/runs
 CURIONAV = .venv/bin/curionav
-LIVE = $(CURIONAV) explore -m launcher=cores
+RUN = $(CURIONAV) explore -m launcher=cores
 COUNT = marking=landing denominator=visitable
 ifeq ($(SCALE),smoke)
   OURS = $(THEIRS)
@@ -34,21 +34,21 @@ ifeq ($(SCALE),smoke)
   LARGE = $(TINY)
   MANY = 'seed=range(2)' $(TINY)
   TINY = loop.episodes=2 loop.steps=100 loop.iterations=2
-  HOMEWARD = dock.requests=5 loop.steps=40
+  DOCKING = dock.requests=5 loop.steps=40
 else ifeq ($(SCALE),paper)
   OURS = scale=paper loop.episodes=4000
   THEIRS = scale=paper loop.episodes=10000
   SMALL = scale=paper loop.episodes=1000
   LARGE = scale=paper loop.episodes=1200
   MANY = scale=paper loop.episodes=4000
-  HOMEWARD = dock.requests=1000
+  DOCKING = dock.requests=1000
 else
   OURS = loop.episodes=100
   THEIRS = loop.episodes=100
   SMALL = loop.episodes=100
   LARGE = loop.episodes=100
   MANY = loop.episodes=100
-  HOMEWARD = dock.requests=600
+  DOCKING = dock.requests=600
 endif
 SWEEPS = ours theirs small large
 FIGURES = figure-apartments figure-small-room figure-large-lab figure-predictions figure-best figure-scenes figure-docking
@@ -57,8 +57,8 @@ TABLES = table-hyperparameters table-sizes table-docking
 .PHONY: help setup explore controls test clients lint clean figures cost comparison paper-vs-ours $(FIGURES) $(TABLES)
 
 help:
-	@echo "make explore   set up, then watch LBS Dreamer explore a room, beside random and bounce"
-	@echo "make controls  does surprise beat its controls? hours; SCALE=smoke: minutes, to see that it works"
+	@echo "make explore   set up, then run LBS Dreamer in a room, beside random and bounce"
+	@echo "make controls  does surprise beat its controls? hours; SCALE=smoke: minutes, a trial run"
 	@echo "make figures   every figure and table of the paper: SCALE=smoke minutes, cpu hours, paper weeks on a GPU"
 	@echo "               one of them: make $(FIGURES) $(TABLES)"
 	@echo "make comparison  ours, C-BET and the baselines: SCALE=cpu, five seeds, hours"
@@ -70,7 +70,7 @@ help:
 
 setup: $(READY)
 
-# The stamp is written last: an interrupted installation is taken up again.
+# The stamp is written last, so that an interrupted installation is repeated.
 $(READY): pyproject.toml constraints.txt
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || \
 		{ echo "Python 3.11 or newer is needed; name one: make PYTHON=python3.12"; exit 1; }
@@ -82,8 +82,8 @@ explore: $(READY)
 	.venv/bin/curionav explore -m env=small_room agent=lbs_dreamer,random,bounce scale=cpu loop.episodes=$(EPISODES)
 
 controls: $(READY)
-	$(SWEEP) $(ROOM) $(WANDERERS) hydra.sweep.dir=$(CONTROLS)/room_wanderers
-	$(SWEEP) $(FLAT) $(WANDERERS) hydra.sweep.dir=$(CONTROLS)/flat_wanderers
+	$(SWEEP) $(ROOM) $(BASELINES) hydra.sweep.dir=$(CONTROLS)/room_wanderers
+	$(SWEEP) $(FLAT) $(BASELINES) hydra.sweep.dir=$(CONTROLS)/flat_wanderers
 	$(SWEEP) $(ROOM) $(QUESTION) hydra.sweep.dir=$(CONTROLS)/room_learners
 	$(SWEEP) $(FLAT) $(QUESTION) hydra.sweep.dir=$(CONTROLS)/flat_learners
 	$(SWEEP) $(ROOM) $(QUESTION) agent.curiosity=none,count,disagreement,rnd hydra.sweep.dir=$(CONTROLS)/room_others
@@ -94,11 +94,11 @@ figures: cost $(FIGURES) $(TABLES) paper-vs-ours
 # Disk: about 6 kB a step. Time at scale=cpu: 6 CPU-seconds an episode of ours, 0.4 of C-BET, 2 of robot=turtlebot2i.
 cost:
 ifeq ($(SCALE),paper)
-	@echo "SCALE=paper lives 15 x 2 M steps of ours, 45 x 5 M of the three C-BETs and 1.6 M of the robot: 256.6 M steps in"
+	@echo "SCALE=paper runs 15 x 2 M steps of ours, 45 x 5 M of the three C-BETs and 1.6 M of the robot: 256.6 M steps in"
 	@echo "513 200 episodes. Disk: about 1.5 TB in $(FIG). Time, by benchmarks/RESULTS.md: 360 core-hours of C-BET,"
 	@echo "56 of acting of ours, and 6.3 M updates of ours, for which that page has no GPU's time: at 0.1 s each 175 hours."
 else ifeq ($(SCALE),cpu)
-	@echo "SCALE=cpu lives 63 runs of 100 episodes, 3.15 M steps. Disk: about 19 GB in $(FIG). Time: some three hours"
+	@echo "SCALE=cpu is 63 runs of 100 episodes, 3.15 M steps. Disk: about 19 GB in $(FIG). Time: some three hours"
 	@echo "on two cores. Any of the targets can be made alone, and Ctrl-C loses nothing but the running episode."
 endif
 
@@ -108,7 +108,7 @@ $(RUNS)/small/.done: EXPERIMENT = experiment=real_small $(SMALL)
 $(RUNS)/large/.done: EXPERIMENT = experiment=real_large $(LARGE)
 $(RUNS)/many/.done: EXPERIMENT = experiment=comparison $(MANY)
 $(RUNS)/%/.done: | $(READY)
-	$(LIVE) $(EXPERIMENT) hydra.sweep.dir=$(@D)
+	$(RUN) $(EXPERIMENT) hydra.sweep.dir=$(@D)
 	@touch $@
 
 figure-apartments: $(RUNS)/ours/.done $(RUNS)/theirs/.done
@@ -139,7 +139,7 @@ table-sizes: | $(READY)
 	$(CURIONAV) paper sizes out=$(FIG)/tables
 
 table-docking: | $(READY)
-	$(CURIONAV) dock -m env=small_room,large_lab $(HOMEWARD) launcher=cores hydra.sweep.dir=$(RUNS)/docking
+	$(CURIONAV) dock -m env=small_room,large_lab $(DOCKING) launcher=cores hydra.sweep.dir=$(RUNS)/docking
 
 paper-vs-ours: table-docking $(SWEEPS:%=$(RUNS)/%/.done)
 	$(CURIONAV) paper numbers $(SWEEPS:%=$(RUNS)/%) $(RUNS)/docking out=$(FIG)/tables

@@ -1,4 +1,4 @@
-"""python -m curionav_cli"""
+"""Run the command line as python -m curionav_cli."""
 
 from curionav_cli.app import main
 

@@ -1,4 +1,4 @@
-"""Config to objects: the only room that knows everybody. """
+"""Build the scene, the environment and the agent of a config, and refuse settings that do not go together."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 
 def scene(settings: Config) -> Scene:
-    """The world at rest. Raises SceneError or MapError, and ConfigError where two worlds are asked for."""
+    """Build the scene. Raises SceneError or MapError, and ConfigError where a map and another scene are both set."""
     if settings.env.map and settings.env.size:
         raise ConfigError(f"env.map={settings.env.map} opens a ROS map, and env={settings.env.name} has a size of its "
                           "own. Add env=map.")
@@ -32,25 +32,28 @@ def scene(settings: Config) -> Scene:
 
 
 def env(settings: Config, world: Scene) -> Environment:
-    """The world with a robot in it; robot=ideal respawns, the others drive home and dock."""
+    """Build the environment: robot=ideal respawns at reset, the others return to their dock."""
     return robot_env(settings, world) if isinstance(settings.robot, Turtlebot) else ideal_env(settings, world)
 
 
 def ideal_env(settings: Config, world: Scene) -> NavigationEnv:
-    """Perfect motion."""
+    """Build the environment of a robot with perfect motion."""
     return NavigationEnv(world, engine=settings.env.engine.value)
 
 
 def robot_env(settings: Config, world: Scene, pictures: bool = True,
               link: Link = lambda server: server) -> RobotEnv:
-    """A robot that drifts, drives home and docks; without pictures for agents that do not look."""
-    from curionav_cli.robot.env import RobotEnv  # loaded for robots that dock
+    """Build the environment of a robot with odometry drift that returns to its dock.
+
+    pictures: whether observations have images. link: what stands between the robot and its docking server.
+    """
+    from curionav_cli.robot.env import RobotEnv  # slow to import, and only docking robots need it
 
     return RobotEnv(ideal_env(settings, world), settings.robot, pictures, link)
 
 
 def check(settings: Config) -> None:
-    """Settings that are each possible and together are not. Raises ConfigError."""
+    """Refuse settings that are each valid and together are not. Raises ConfigError."""
     name = settings.agent.name
     if name not in AGENTS or not isinstance(settings.agent, AGENTS[name].settings):
         raise ConfigError(f"agent.name: {name!r} is not the name of this agent; choose an agent with agent=... "
@@ -69,7 +72,7 @@ def check(settings: Config) -> None:
 
 
 def check_lengths(settings: Config) -> None:
-    """Episodes that are too short to learn from. Raises ConfigError."""
+    """Refuse episodes that are too short to learn from. Raises ConfigError."""
     steps, why = settings.loop.steps, ""
     if isinstance(settings.robot, Turtlebot) and settings.robot.steps < steps:
         steps, why = settings.robot.steps, ", as long as robot.battery lasts"
@@ -85,7 +88,7 @@ def check_lengths(settings: Config) -> None:
 
 
 def agent(settings: Config, world: Scene) -> Agent:
-    """The agent of the settings; world: the scene that it acts in."""
+    """Build the agent; world: the scene that it acts in."""
     if getattr(settings.agent, "precision", None) is Precision.auto:
         settings = with_precision(settings, automatic(settings))
     setup = Setup(settings.seed, settings.device.value, settings.compile.value, settings.env.engine.value, world)
@@ -93,7 +96,7 @@ def agent(settings: Config, world: Scene) -> Agent:
 
 
 def automatic(settings: Config) -> Precision:
-    """What agent.precision=auto is, with these settings on this machine; Precision says by which rule."""
+    """The precision that agent.precision=auto stands for on this machine, by the rule that Precision states."""
     if settings.scale is not Scale.paper:
         return Precision.float32
     from curionav_cli.agents.arithmetic import quick
@@ -103,7 +106,7 @@ def automatic(settings: Config) -> Precision:
 
 
 def with_precision(settings: Config, chosen: Precision) -> Config:
-    """The settings, with what was chosen for agent.precision=auto."""
+    """The settings with `chosen` in place of agent.precision=auto; others are returned as they are."""
     if getattr(settings.agent, "precision", None) is not Precision.auto:
         return settings
     return replace(settings, agent=replace(settings.agent, precision=chosen))

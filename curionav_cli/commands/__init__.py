@@ -1,1 +1,1 @@
-"""One file a command: compose, build, call, print. No maths."""
+"""One file a command, and the modules that print: compose, build, call, print."""

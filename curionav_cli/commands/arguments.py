@@ -1,4 +1,4 @@
-"""Words of a command line that takes folders and a few settings of its own, as in: coverage RUN marking=swept."""
+"""Arguments of commands that read folders and have a few settings of their own, as in: coverage RUN marking=swept."""
 
 from __future__ import annotations
 
@@ -13,14 +13,14 @@ Choices = Mapping[str, Sequence[str]]  # setting -> its values; none: anything
 
 
 def sorted_out(command: str, words: Sequence[str], choices: Choices) -> tuple[list[Path], dict[str, str]]:
-    """Folders and settings. Raises ConfigError for a setting or a value that the command does not have."""
+    """Split `words` into folders and settings. Raises ConfigError for what the command does not have."""
     settings = [word for word in words if "=" in word and not place(word).exists()]
     folders = [place(word) for word in words if word not in settings]
     return folders, dict(choice(command, word, choices) for word in settings)
 
 
 def choice(command: str, word: str, choices: Choices) -> tuple[str, str]:
-    """'marking=swept' -> its key and value."""
+    """Key and value of 'marking=swept'. Raises ConfigError for one that the command does not have."""
     key, _, value = word.partition("=")
     if key not in choices:
         raise ConfigError(f"{command} has no setting {key}. It has: {', '.join(choices)}.")
@@ -30,7 +30,7 @@ def choice(command: str, word: str, choices: Choices) -> tuple[str, str]:
 
 
 def one_of(key: str, value: str, values: Sequence[str]) -> str:
-    """`value`, if it is one of them."""
+    """`value`, if it is one of `values`. Raises ConfigError, with the nearest, if not."""
     if value not in values:
         near = difflib.get_close_matches(value, values, 1)
         raise ConfigError(f"{key}: {value!r} is not one of {', '.join(values)}."

@@ -1,16 +1,12 @@
-"""curionav compare RUNS_OR_SWEEP...: what a paper says about many runs, as figures and tables, and how sure it is."""
+"""curionav compare RUN...: figures and tables over many runs, with confidence intervals, and one HTML page."""
 
 from __future__ import annotations
 
 import re
 import shlex
-import signal
-from collections.abc import Iterator, Sequence
-from concurrent.futures import ProcessPoolExecutor
-from contextlib import contextmanager
 from dataclasses import dataclass
 from datetime import datetime
-from functools import cached_property, partial
+from functools import cached_property
 from pathlib import Path
 
 import numpy as np
@@ -18,7 +14,7 @@ import numpy as np
 from curionav_cli.commands import report_page
 from curionav_cli.commands.arguments import one_of, sorted_out
 from curionav_cli.commands.summary import print_columns, print_files, write_text
-from curionav_cli.errors import ConfigError, RunFolderError
+from curionav_cli.errors import ConfigError
 from curionav_cli.execution.screen import a_console
 from curionav_cli.files import file_name, folder_for
 from curionav_cli.results import plots
@@ -26,7 +22,7 @@ from curionav_cli.results.comparison import estimates
 from curionav_cli.results.comparison import plots as comparison_plots
 from curionav_cli.results.comparison.comparison import Comparison, compare
 from curionav_cli.results.comparison.html_report import Picture
-from curionav_cli.results.comparison.run_summaries import RunSummary, folders, read
+from curionav_cli.results.comparison.parallel import read_all, workers
 from curionav_cli.results.comparison.tables import (
     Table,
     arm_table,
@@ -43,25 +39,24 @@ from curionav_cli.results.tables import Row, comma_separated
 CHOICES: dict[str, tuple[str, ...]] = {
     "marking": tuple(RULES), "denominator": DENOMINATORS, "baseline": (), "at": (), "out": ()}
 THRESHOLDS = 101  # of a performance profile
-FEW = 8  # runs are read sooner than processes start
 
 
 def run(words: list[str]) -> int:
-    """Compare, print, write; the exit code. words: folders of runs or sweeps, and settings out of CHOICES."""
+    """Compare, print and write; returns the exit code. words: folders of runs or sweeps, and settings of CHOICES."""
     paths, chosen = sorted_out("compare", words, CHOICES)
     folder = folder_for(chosen.get("out") or datetime.now().strftime("outputs/%Y-%m-%d/%H-%M-%S-%f_compare"))
-    way = chosen.get("marking", CHOICES["marking"][0]), chosen.get("denominator", DENOMINATORS[0])
+    counting = chosen.get("marking", CHOICES["marking"][0]), chosen.get("denominator", DENOMINATORS[0])
     at = steps(chosen.get("at", ""))
-    lives, lost = gather(paths, *way)
-    if not lives:
+    runs, lost = read_all(paths, *counting)
+    if not runs:
         raise ConfigError("\n".join([*lost, "There is no run to compare. Name folders of runs or sweeps, as in: "
                                      "curionav compare outputs/DATE/SWEEP"]))
-    comparison = compare(lives)
+    comparison = compare(runs)
     baseline = one_of("baseline", chosen["baseline"], list(comparison.arms)) if "baseline" in chosen else None
-    best = {file_name(field.env): report_page.best_runs(field, way) for field in comparison.fields}
+    best = {file_name(field.env): report_page.best_runs(field, counting) for field in comparison.fields}
     notes = [*estimates.notes(comparison, baseline), *lost]
-    notes += [line for runs in best.values() for line in report_page.holes(runs) if line not in notes]
-    report = Report(shlex.join(["curionav", "compare", *words]), comparison, baseline, way, at, notes)
+    notes += [line for runs in best.values() for line in report_page.gap_lines(runs) if line not in notes]
+    report = Report(shlex.join(["curionav", "compare", *words]), comparison, baseline, counting, at, notes)
     made = write(report, folder, best)
     console = a_console()
     for part in report.tables:
@@ -73,79 +68,44 @@ def run(words: list[str]) -> int:
 
 
 def steps(words: str) -> list[int]:
-    """'1000,5000' as numbers. Raises ConfigError."""
+    """The numbers of '1000,5000'. Raises ConfigError for anything else."""
     if not re.fullmatch(r"(\d+(,\d+)*)?", words):
-        raise ConfigError(f"at: {words!r} is not a list of steps, as in at=1000,5000")
+        raise ConfigError(f"at: {words!r} is not a list of steps. Write it as at=1000,5000")
     return [int(word) for word in words.split(",") if word]
-
-
-def gather(paths: Sequence[Path], rule: str, denominator: str) -> tuple[list[RunSummary], list[str]]:
-    """Every run in these folders once, and a line for each folder of which nothing can be shown."""
-    jobs: dict[Path, Path] = {}
-    lost = []
-    for path in paths:
-        try:
-            jobs |= {job.resolve(): job for job in folders(path)}
-        except RunFolderError as error:
-            lost.append(str(error))
-    one = partial(summary_of, rule=rule, denominator=denominator)
-    if len(jobs) <= FEW:
-        found = list(map(one, jobs.values()))
-    else:
-        with workers() as pool:
-            found = list(pool.map(one, jobs.values()))
-    return [life for life in found if isinstance(life, RunSummary)], lost + [line for line in found
-                                                                             if isinstance(line, str)]
-
-
-@contextmanager
-def workers(most: int | None = None) -> Iterator[ProcessPoolExecutor]:
-    """Processes that leave Ctrl-C to this one, which then waits for no more than what they have in hand."""
-    pool = ProcessPoolExecutor(most, initializer=signal.signal, initargs=(signal.SIGINT, signal.SIG_IGN))
-    try:
-        yield pool
-    finally:
-        pool.shutdown(cancel_futures=True)
-
-
-def summary_of(job: Path, rule: str, denominator: str) -> RunSummary | str:
-    """The run, or a line about why nothing of it can be shown."""
-    try:
-        return read(job, rule, denominator)
-    except RunFolderError as error:
-        return f"LEFT OUT: {error}"
 
 
 @dataclass(frozen=True)
 class Report:
-    """What is written: everything is estimated once, by the same dice every time."""
+    """A comparison and its tables, estimated once from a fixed seed."""
 
     command: str
     comparison: Comparison
     baseline: str | None
-    way: tuple[str, str]
+    counting: tuple[str, str]
     at: list[int]
     notes: list[str]
 
     @property
     def counted(self) -> str:
-        return f"{self.way[1]} cells, marked by {self.way[0]}"
+        """How coverage was counted, in words."""
+        return f"{self.counting[1]} cells, marked by {self.counting[0]}"
 
     @cached_property
     def tables(self) -> list[Table]:
-        """Those that have rows: arms, pairs, over all, settings."""
+        """The tables that have rows: arms, pairs, over all environments, settings."""
         rng = np.random.default_rng(0)
-        every = [arm_table(list(estimates.arm_rows(self.comparison, self.at)), self.at, self.counted),
+        tables = [arm_table(list(estimates.arm_rows(self.comparison, self.at)), self.at, self.counted),
                  pair_table(list(estimates.pair_rows(self.comparison, self.baseline, rng))),
                  overall_table(list(estimates.overall_rows(self.comparison, rng))), settings_table(self.comparison)]
-        return [table for table in every if table.rows]
+        return [table for table in tables if table.rows]
 
     def rows(self, name: str) -> list[Row]:
+        """The rows of the table with this name."""
         return [row for table in self.tables if table.name == name for row in table.rows]
 
 
 def draw(report: Report, folder: Path, best: dict[str, list[Run]]) -> list[str]:
-    """A figure for each environment and one over all of them; their names in the folder."""
+    """Draw a figure for each environment and one over all of them; returns their names in the folder."""
     comparison, pairs = report.comparison, report.rows("pairs")
     base, look = report.baseline, plots.looks(comparison.arms)
     figures = {field.env: comparison_plots.environment(
@@ -165,10 +125,10 @@ def draw(report: Report, folder: Path, best: dict[str, list[Run]]) -> list[str]:
 
 
 def write(report: Report, folder: Path, best: dict[str, list[Run]]) -> list[str]:
-    """Figures, CSV files, a page and a LaTeX file; their names in the folder. best: of which heatmaps are drawn."""
+    """Write figures, CSV files, a page and a LaTeX file; returns their names. best: runs for the heatmaps."""
     (folder / "figures").mkdir(parents=True, exist_ok=True)
     with workers(1) as pool:  # as long as the figures take
-        film = pool.submit(report_page.shoot, next(iter(best.values())), folder / "figures" / "film.webm")
+        film = pool.submit(report_page.film_last_episode, next(iter(best.values())), folder / "figures" / "film.webm")
         pictures, shown = draw(report, folder, best), film.result()
     runs = list(estimates.run_rows(report.comparison, report.at))
     texts = {"comparison.md": markdown(report.command, report.notes, report.tables, pictures),
@@ -184,7 +144,7 @@ def write(report: Report, folder: Path, best: dict[str, list[Run]]) -> list[str]
 
 
 def caption(name: str) -> str:
-    """What a figure shows, by its file."""
+    """What a figure shows, by its file name."""
     kind, _, env = Path(name).stem.partition("_")
     if kind == "heatmaps":
         return f"{env}: the run of each arm that covered most, visits to every cell; the blue square is the start."

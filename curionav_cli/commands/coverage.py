@@ -1,6 +1,6 @@
 """curionav coverage RUN...: coverage counted again from stored poses, by any marking rule and denominator.
 
-Beside the heatmap and the curve: the ways of a few episodes, one of them as a film, and what the agent predicted.
+Beside the heatmap and the curve: the paths of a few episodes, films of some, and what the agent predicted.
 """
 
 from __future__ import annotations
@@ -30,10 +30,10 @@ BESIDE = 4  # runs of one environment in a figure
 
 
 def run(words: list[str]) -> int:
-    """Print a row for every run, rule and denominator, and draw them; the exit code.
+    """Print a row for every run, rule and denominator, and draw them; returns the exit code.
 
-    words: folders of runs or sweeps, and settings out of CHOICES: marking=... or denominator=... to have only those,
-    episodes=0,5,last for the ways of these episodes, film=last for films of them, out=DIR for all figures.
+    words: folders of runs or sweeps, and settings of CHOICES: marking=... or denominator=... to have only that one,
+    episodes=0,5,last for the paths of these episodes, film=last for films of them, out=DIR for all figures.
     """
     paths, chosen = sorted_out("coverage", words, CHOICES)
     out = folder_for(chosen["out"]) if "out" in chosen else None
@@ -42,35 +42,35 @@ def run(words: list[str]) -> int:
         raise ConfigError("\n".join([*lost] or ["Name the folder of a run or a sweep, as in: curionav coverage "
                                                 "outputs/DATE/RUN"]))
     rules, denominators = ((chosen[key],) if key in chosen else CHOICES[key] for key in ("marking", "denominator"))
-    episodes, films = ({one.folder.path: indices(key, chosen.get(key), one) for one in runs}
+    episodes, films = ({run.folder.path: indices(key, chosen.get(key), run) for run in runs}
                        for key in ("episodes", "film"))
     console = a_console()
     distinguish(runs)
-    counted = {one.folder.path: [replace(one, rule=rule, denominator=of) for rule in rules for of in denominators]
-               for one in runs}
-    print_table([way.row() for ways in counted.values() for way in ways], console, SHOWN)
-    for line in [*filter(None, map(prediction_figures.line, runs)), *lost, *(gap for one in runs for gap in gaps(one))]:
+    counted = {run.folder.path: [replace(run, rule=rule, denominator=of) for rule in rules for of in denominators]
+               for run in runs}
+    print_table([counting.row() for countings in counted.values() for counting in countings], console, SHOWN)
+    for line in [*filter(None, map(prediction_figures.line, runs)), *lost, *(gap for run in runs for gap in gaps(run))]:
         console.print(line, soft_wrap=True, highlight=False, markup=False)
     for table in filter(None, map(prediction_figures.surprise_table, runs)):
         console.print(table)
-    names = [one.folder.path.resolve().name for one in runs]
-    for one, name in zip(runs, names):
-        whole = one.folder.path.resolve()
-        folder = out / (f"{whole.parent.name}_{name}" if names.count(name) > 1 else name) if out else one.folder.figures
+    names = [run.folder.path.resolve().name for run in runs]
+    for run, name in zip(runs, names):
+        whole = run.folder.path.resolve()
+        folder = out / (f"{whole.parent.name}_{name}" if names.count(name) > 1 else name) if out else run.folder.figures
         folder.mkdir(parents=True, exist_ok=True)
-        made = [name for way in counted[one.folder.path] for name in draw(way, folder)]
-        made += draw_episodes(one, episodes[one.folder.path], films[one.folder.path], folder)
-        made += prediction_figures.draw(one, folder)
+        made = [name for counting in counted[run.folder.path] for name in draw(counting, folder)]
+        made += draw_episodes(run, episodes[run.folder.path], films[run.folder.path], folder)
+        made += prediction_figures.draw(run, folder)
         print_files(console, folder, made)
-    together = draw_together([ways[0] for ways in counted.values()], out) + prediction_figures.draw_beside(runs, out) \
-        if out else []
+    firsts = [countings[0] for countings in counted.values()]
+    together = draw_together(firsts, out) + prediction_figures.draw_beside(runs, out) if out else []
     for path in [*together, *prediction_figures.draw_seeds(runs, out)]:
         print_files(console, path.parent, [path.name])
     return 0
 
 
 def opened(paths: Sequence[Path]) -> tuple[list[Run], list[str]]:
-    """Every run in these folders once that anything can be shown of, and a line for each of the others."""
+    """Every run in these folders once that has a finished episode, and a line for each of the others."""
     runs: dict[Path, Run] = {}
     lost = []
     for path in paths:
@@ -80,64 +80,64 @@ def opened(paths: Sequence[Path]) -> tuple[list[Run], list[str]]:
             lost.append(str(error))
             continue
         for folder in folders:
-            one = Run(folder)
+            run = Run(folder)
             try:
-                if one.label and one.coverage.steps:
-                    runs[folder.path.resolve()] = one
+                if run.label and run.coverage.steps:
+                    runs[folder.path.resolve()] = run
                 else:
                     lost.append(f"LEFT OUT: {folder.path} has no finished episode "
-                                f"({one.readable.status.get('state', 'no status')}). {one.readable.lost}".rstrip())
+                                f"({run.readable.status.get('state', 'no status')}). {run.readable.lost}".rstrip())
             except RunFolderError as error:
                 lost.append(f"LEFT OUT: {error}")
     return list(runs.values()), lost
 
 
-def gaps(one: Run) -> list[str]:
-    """What is missing of a run, and whether it is still to be finished, a line each."""
-    state = one.readable.status.get("state", "unknown")
-    return [*(f"GAP: {gap}" for gap in one.readable.gaps),
-            *([f"Not finished ({state}): {one.label}, {one.folder.path}"] if state != "done" else [])]
+def gaps(run: Run) -> list[str]:
+    """A line for each thing that is missing of a run, and one where it is not finished."""
+    state = run.readable.status.get("state", "unknown")
+    return [*(f"GAP: {gap}" for gap in run.readable.gaps),
+            *([f"Not finished ({state}): {run.label}, {run.folder.path}"] if state != "done" else [])]
 
 
-def indices(key: str, words: str | None, one: Run) -> list[int]:
-    """The episodes that '0,5,9' or 'last' names; without words the first, the middle and the last one, and no film.
+def indices(key: str, words: str | None, run: Run) -> list[int]:
+    """The episodes of '0,5,9' or 'last'; by default the first, the middle and the last one, and no film.
 
-    Raises ConfigError for what is no list, and for episodes that the run does not have.
+    Raises ConfigError for anything else, and for episodes that the run does not have.
     """
-    last = len(one.episodes) - 1
+    last = len(run.episodes) - 1
     if words is None:
         return sorted({0, last // 2, last}) if key == "episodes" else []
     if not re.fullmatch(r"(\d+|last)(,(\d+|last))*", words):
-        raise ConfigError(f"{key}: {words!r} is not a list of episodes, as in {key}=0,5,last")
+        raise ConfigError(f"{key}: {words!r} is not a list of episodes. Write it as {key}=0,5,last")
     found = sorted({last if word == "last" else int(word) for word in words.split(",")})
     if found[-1] > last:
-        raise ConfigError(f"{one.folder.path} has no episode {found[-1]}: it has 0 to {last}.")
+        raise ConfigError(f"{run.folder.path} has no episode {found[-1]}. It has 0 to {last}.")
     return found
 
 
-def draw(one: Run, folder: Path) -> list[str]:
-    """Heatmap and curve by this rule and denominator; their names in the folder."""
-    share = f"{tables.percent(one.coverage.share)} of {one.coverage.total:,} {one.denominator} cells"
-    figures = {"heatmap": plots.heatmap(one.coverage, f"{one.label}\n{share}"),
-               "coverage": plots.curves([one], one.label)}
-    names = {kind: f"{kind}_{one.rule}_{one.denominator}.png" for kind in figures}
+def draw(run: Run, folder: Path) -> list[str]:
+    """Draw heatmap and curve by this rule and denominator; returns their names in the folder."""
+    share = f"{tables.percent(run.coverage.share)} of {run.coverage.total:,} {run.denominator} cells"
+    figures = {"heatmap": plots.heatmap(run.coverage, f"{run.label}\n{share}"),
+               "coverage": plots.curves([run], run.label)}
+    names = {kind: f"{kind}_{run.rule}_{run.denominator}.png" for kind in figures}
     for kind, figure in figures.items():
         plots.save(figure, folder / names[kind])
     return list(names.values())
 
 
-def draw_episodes(one: Run, shown: Sequence[int], filmed: Sequence[int], folder: Path) -> list[str]:
-    """The run at a glance, the ways of some episodes and films of others; their names in the folder."""
-    plots.save(panels.card(one, []), folder / "card.png")
-    plots.save(panels.trajectories(one, shown), folder / "trajectories.png")
+def draw_episodes(run: Run, shown: Sequence[int], filmed: Sequence[int], folder: Path) -> list[str]:
+    """Draw a summary of the run, the paths of some episodes and films of others; returns their names in the folder."""
+    plots.save(panels.card(run, []), folder / "card.png")
+    plots.save(panels.trajectories(run, shown), folder / "trajectories.png")
     names = {episode: f"episode_{episode:06d}.webm" for episode in filmed}
     for episode, name in names.items():
-        film.write(film.frames(one.plan, Episode.load(one.episodes[episode]), f"episode {episode}"), folder / name)
+        film.write(film.frames(run.plan, Episode.load(run.episodes[episode]), f"episode {episode}"), folder / name)
     return ["card.png", "trajectories.png", *names.values()]
 
 
 def draw_together(runs: Sequence[Run], out: Path) -> list[Path]:
-    """The runs of each environment: a heatmap beside their curves, as in the paper, and the first one at a glance."""
+    """Draw the runs of each environment: a heatmap beside their curves, as in the paper, and a summary of the first."""
     made = []
     for env in dict.fromkeys(run.env for run in runs):
         same = [run for run in runs if run.env == env]

@@ -1,4 +1,4 @@
-"""The docking diagram, from homecomings that are lived for it: what the server's feedback passes through."""
+"""The docking diagram: the phases in the feedback of the docking server, counted over returns to dock."""
 
 from __future__ import annotations
 
@@ -11,18 +11,19 @@ from curionav_cli.config.schema import Config
 from curionav_cli.loop import Callbacks, NoLearning, run_episodes
 from curionav_cli.results import docking_diagram, plots
 from curionav_cli.results.docking_diagram import Moves
-from curionav_cli.robot.docking.action import Feedback, Goal, GoalState, Phase
-from curionav_cli.robot.docking.recoveries import steps
-from curionav_cli.robot.docking.server import Docking
+from curionav_cli.robot.docking.action import NOT_IN_NAV2, Code, Feedback, Goal, GoalState, Phase
+from curionav_cli.robot.docking.recoveries import attempts
+from curionav_cli.robot.docking.server import DockingServer
 
-REQUESTS, STEPS = 30, 100  # homecomings in each room, actions before each
+REQUESTS, STEPS = 30, 100  # returns to dock in each room, actions before each
+ROOMS = ("small_room", "large_lab")
 NAME = "docking_diagram.png"
 
 
 class Watched:
-    """A docking server (client.Server) whose phases are counted as they change."""
+    """A docking server (client.ActionServer) whose phases are counted as they change."""
 
-    def __init__(self, server: Docking, moves: Moves):
+    def __init__(self, server: DockingServer, moves: Moves):
         self.server, self.moves, self.phase = server, moves, Phase.idle
         self.code, self.text = server.code, server.text
 
@@ -38,13 +39,13 @@ class Watched:
         feedback = self.server.tick()
         self.code, self.text = self.server.code, self.server.text
         if feedback.phase is not self.phase:
-            self.moves[self.phase, feedback.phase] += 1
+            self.moves[self.phase.value, feedback.phase.value] += 1
             self.phase = feedback.phase
         return feedback
 
 
 def watched(settings: Config, requests: int) -> Moves:
-    """How often one phase followed another in so many homecomings."""
+    """Count how often one phase follows another in `requests` returns to dock."""
     world, moves = build.scene(settings), Moves()
     env = build.robot_env(settings, world, False, lambda server: Watched(server, moves))
     agent = build.agent(settings, world)
@@ -54,11 +55,12 @@ def watched(settings: Config, requests: int) -> Moves:
 
 
 def draw(rooms: Sequence[Config], folder: Path, requests: int = REQUESTS) -> str:
-    """One diagram over these rooms; its name in the folder."""
+    """Draw one diagram over these rooms; returns its name in the folder."""
     moves: Moves = sum((watched(room, requests) for room in rooms), Counter())
-    names = dict.fromkeys(name for name, _ in steps(rooms[0].robot.docking))
+    names = dict.fromkeys(name for name, _ in attempts(rooms[0].robot.docking))
     recoveries = [name for name in names if name != "staging"]
     where = " and ".join(room.env.name for room in rooms)
-    title = f"Auto docking: {requests * len(rooms)} homecomings in {where}, {STEPS} actions after each start"
-    plots.save(docking_diagram.diagram(moves, recoveries, title), folder / NAME)
+    title = f"Auto docking: {requests * len(rooms)} returns to dock in {where}, {STEPS} actions after each start"
+    final = [code.name for code in Code if code.number == NOT_IN_NAV2]
+    plots.save(docking_diagram.diagram(moves, recoveries, final, title), folder / NAME)
     return NAME

@@ -1,7 +1,7 @@
-"""curionav dock: an agent explores for an episode, the robot drives home and docks; as often as was asked for.
+"""curionav dock: the docking trial, dock.requests episodes that each end with a return to dock.
 
-The agent acts and does not learn. What is written: a line of metrics.jsonl for each homecoming (a DockReport), the
-paper's table, failures and recoveries by name, and a figure of arrivals.
+The agent acts and does not learn. Written are a line of metrics.jsonl for each return (a DockReport), the paper's
+table, failures and recoveries by name, and a figure of arrivals.
 """
 
 from __future__ import annotations
@@ -13,10 +13,10 @@ from pathlib import Path
 from typing import Any
 
 from curionav_cli import build
-from curionav_cli.commands.settings_help import CHOSEN
 from curionav_cli.config.job import Outcome
 from curionav_cli.config.schema import Config
 from curionav_cli.config.search import noted
+from curionav_cli.config.sources import COMMAND_DEFAULTS
 from curionav_cli.errors import ConfigError
 from curionav_cli.execution.docking_trial import DockingTrial, draw
 from curionav_cli.execution.launch import Request, launch
@@ -27,31 +27,31 @@ from curionav_cli.storage.run_folder import RunFolder
 
 
 def run(request: Request) -> int:
-    """The command: its exit code."""
+    """Carry out the command; returns the exit code."""
     keys = {word.partition("=")[0] for word in request.overrides}
-    chosen = [word for word in CHOSEN["dock"] if word.partition("=")[0] not in keys]
+    chosen = [word for word in COMMAND_DEFAULTS["dock"] if word.partition("=")[0] not in keys]
     return launch(replace(request, overrides=[*chosen, *request.overrides]), work, summary, check,
                   "share of requests that end docked")
 
 
 def work(settings: Config, folder: Path) -> dict[str, Any]:
-    """One job, as the launchers call it."""
+    """Carry out one job, as the launchers call it."""
     run = run_task("dock", DockingTrial(settings, folder))
     docked = sum(row["code"] == "docked" for row in run.metrics())
     return {"coverage": docked / settings.dock.requests}  # config.job.OBJECTIVE: the docked share
 
 
 def check(settings: Config) -> None:
-    """A robot that docks, in a world that stands. Raises UserError."""
+    """Check that the robot docks and that the scene loads. Raises UserError."""
     if not isinstance(settings.robot, Turtlebot):
-        raise ConfigError(f"robot={settings.robot.name} is put back to its start and never docks. "
+        raise ConfigError(f"robot={settings.robot.name} respawns at its start and never docks. "
                           "Choose robot=turtlebot2i.")
     build.scene(settings)
     build.check(settings)
 
 
 def summary(folder: Path, outcomes: list[Outcome]) -> None:
-    """The last lines of a run or a sweep, also of one that was interrupted."""
+    """Print the last lines of a run or a sweep, also of one that was interrupted."""
     from curionav_cli.commands import summary as end  # matplotlib is loaded once there is something to draw
     from curionav_cli.results import docking
 
@@ -61,11 +61,11 @@ def summary(folder: Path, outcomes: list[Outcome]) -> None:
         return
     draw(runs, folder)
     console = a_console()
-    counted = [one for part in docking.counted(runs) for one in part]
+    counted = [trial for part in docking.counted(runs) for trial in part]
     show = partial(end.print_columns, console=console)
-    show([docking.summary(one.where, one.docks) for one in counted], docking.TABLE,
+    show([docking.summary(trial.where, trial.docks) for trial in counted], docking.TABLE,
          shown=[heading for heading, _, _ in docking.TABLE], caption=docking.BELOW)
-    show([row for one in counted for row in docking.endings(one.where, one.docks)], docking.FAILURES,
+    show([row for trial in counted for row in docking.endings(trial.where, trial.docks)], docking.FAILURES,
          shown=[heading for heading, _, _ in docking.FAILURES])
     end.print_files(console, folder, [*sorted(f"figures/{path.name}" for path in folder.glob("figures/*.png")),
                                       "table.md", "results.csv", "endings.csv", "attempts.csv", "metrics.jsonl",

@@ -1,4 +1,4 @@
-"""curionav doctor: what is installed, where one can compute, launch and write; does a small run repeat itself?"""
+"""curionav doctor: check packages, devices, launchers and folders, and that a small run repeats to the byte."""
 
 from __future__ import annotations
 
@@ -14,16 +14,12 @@ from contextlib import redirect_stdout
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
-from curionav_cli.commands.listing import table
-from curionav_cli.config.compose import compose
-from curionav_cli.config.override_errors import OverrideErrors
+from curionav_cli.config.compose import composed
 from curionav_cli.config.plugins import broken
-from curionav_cli.config.schema import Config
-from curionav_cli.config.sources import opened
 from curionav_cli.errors import RunFailed, UserError
 from curionav_cli.execution import exploration
 from curionav_cli.execution.precision import speeds
-from curionav_cli.execution.screen import a_console
+from curionav_cli.execution.screen import a_console, table
 from curionav_cli.storage import checkpoint
 from curionav_cli.storage.provenance import PACKAGES
 from curionav_cli.storage.run_folder import RunFolder
@@ -31,23 +27,24 @@ from curionav_cli.storage.run_folder import RunFolder
 EXTRAS = {"fast": "numba", "sweep": "hydra-joblib-launcher", "slurm": "hydra-submitit-launcher",
           "tensorboard": "tensorboard", "hpo": "hydra-optuna-sweeper"}
 OK, NOT_THERE, LEFT_OUT, BROKEN = "ok", "not there", "left out", "BROKEN"
-SMALL = (  # seconds, and yet acts, learns, saves
+SMALL = (  # takes seconds, and still acts, learns and saves
     "env=small_room", "agent=lbs_dreamer", "device=cpu", "loop.steps=12", "loop.iterations=4", "loop.episodes=2",
     "agent.batch_size=3", "agent.sequence_length=6", "agent.gru_units=16", "agent.rssm_hidden=16",
     "agent.mlp_units=16", "agent.mlp_layers=1", "agent.latent_dimension=4", "agent.latent_classes=4",
     "agent.horizon=4", "agent.imagination_starts=12", "agent.action_repeat=2",
 )
-Finding = tuple[str, str, str]  # what, ok or not, more about it
+Finding = tuple[str, str, str]  # what, its state, details
 
 
 def run() -> int:
-    """Print all findings; 1 where something is broken."""
+    """Print all findings; returns the exit code, 1 where something is broken."""
     findings = [*versions(), *plugins(), *devices(), *launchers(), *folders(), self_test()]
     a_console().print(table((("", "left"), ("", "left"), ("", "left")), findings))
     return int(any(state == BROKEN for _, state, _ in findings))
 
 
 def versions() -> Iterator[Finding]:
+    """The versions of Python, the packages and the extras."""
     yield "python", OK, f"{platform.python_version()}, {platform.system()} {platform.machine()}"
     for package in PACKAGES:
         found = installed(package)
@@ -59,12 +56,13 @@ def versions() -> Iterator[Finding]:
 
 
 def plugins() -> Iterator[Finding]:
-    """Hydra's plugins that cannot be imported: no command of ours needs them."""
+    """The Hydra plugins that cannot be imported; no command here needs them."""
     for package, why in broken().items():
         yield package, LEFT_OUT, f"a Hydra plugin that cannot be imported: {why}"
 
 
 def installed(package: str) -> str:
+    """The version of a package; "" where it is not installed."""
     try:
         return version(package)
     except PackageNotFoundError:
@@ -72,6 +70,7 @@ def installed(package: str) -> str:
 
 
 def devices() -> Iterator[Finding]:
+    """Cores and CUDA devices, and the precision that suits them."""
     from curionav_cli.agents.arithmetic import quick
     from curionav_cli.agents.device import devices as computing
     from curionav_cli.agents.device import resolve_device
@@ -85,6 +84,7 @@ def devices() -> Iterator[Finding]:
 
 
 def launchers() -> Iterator[Finding]:
+    """Which launchers can be used here; Slurm with its partitions."""
     yield "launcher=local", OK, "one run after the other"
     joblib, submitit = installed(EXTRAS["sweep"]), installed(EXTRAS["slurm"])
     yield "launcher=cores", OK if joblib else NOT_THERE, "runs side by side" if joblib else "needs the extra sweep"
@@ -97,12 +97,12 @@ def launchers() -> Iterator[Finding]:
     except subprocess.TimeoutExpired:
         yield "launcher=slurm", NOT_THERE, "sinfo does not answer"
         return
-    told = "; ".join((asked.stdout if not asked.returncode else asked.stderr).strip().splitlines()[:8])
-    yield "launcher=slurm", OK if not asked.returncode else NOT_THERE, told
+    answer = "; ".join((asked.stdout if not asked.returncode else asked.stderr).strip().splitlines()[:8])
+    yield "launcher=slurm", OK if not asked.returncode else NOT_THERE, answer
 
 
 def folders() -> Iterator[Finding]:
-    """Where runs, and temporary files, would be written."""
+    """Whether the folders for runs and for temporary files can be written, and their free space."""
     for what, folder in (("outputs", Path("outputs")), ("temporary", Path(tempfile.gettempdir()))):
         there = next(path for path in [folder.absolute(), *folder.absolute().parents] if path.exists())
         try:
@@ -114,30 +114,25 @@ def folders() -> Iterator[Finding]:
 
 
 def self_test() -> Finding:
-    """A small run, twice: the same seed must give the same bytes. Five CPU-seconds, most of them for one drawing."""
+    """A small run, twice: the same seed must give the same bytes. Takes five CPU-seconds, mostly for the figures."""
     began, cpu = time.perf_counter(), time.process_time()
     try:
-        settings = small()
-        with tempfile.TemporaryDirectory() as name, redirect_stdout(io.StringIO()):
-            runs = [exploration.explore(settings, Path(name) / which, drawn=which == "one") for which in ("one", "two")]
+        settings = composed("explore", *SMALL)
+        with tempfile.TemporaryDirectory() as folder, redirect_stdout(io.StringIO()):
+            runs = [exploration.explore(settings, Path(folder) / name, drawn=name == "one") for name in ("one", "two")]
             alike = saved(runs[0]) == saved(runs[1])
             figures = len(list(runs[0].figures.glob("*.png")))
     except (UserError, RunFailed, OSError) as error:
         return "self-test", BROKEN, str(error)
     took = f"{time.perf_counter() - began:.1f} s, {time.process_time() - cpu:.1f} s of them computing"
     loop = settings.loop
-    told = (f"{loop.episodes} episodes of {loop.steps} steps, {loop.episodes * loop.iterations} updates, "
-            f"{figures} figures; lived twice:")
+    about = (f"{loop.episodes} episodes of {loop.steps} steps, {loop.episodes * loop.iterations} updates, "
+             f"{figures} figures; run twice:")
     if not alike:
-        return "self-test", BROKEN, f"{told} not the same bytes ({took})"
-    return "self-test", OK, f"{told} the same bytes ({took})"
-
-
-def small() -> Config:
-    with opened("explore") as hydra:
-        return compose(hydra, OverrideErrors(hydra, list(SMALL)), list(SMALL))[0]
+        return "self-test", BROKEN, f"{about} not the same bytes ({took})"
+    return "self-test", OK, f"{about} the same bytes ({took})"
 
 
 def saved(run: RunFolder) -> dict[str, str]:
-    """Checksums of the last checkpoint, which all that was lived and learned has led to."""
+    """Checksums of the last checkpoint, which depends on all that was recorded and learned."""
     return checkpoint.checksums(checkpoint.finished(run.checkpoints)[-1])

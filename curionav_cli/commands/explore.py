@@ -1,4 +1,4 @@
-"""curionav explore: an agent lives in a world; its run folder holds all that came of it."""
+"""curionav explore: run an agent in an environment; the run folder holds its episodes, metrics and figures."""
 
 from __future__ import annotations
 
@@ -15,30 +15,30 @@ from curionav_cli.execution.launch import Request, launch
 
 
 def run(request: Request) -> int:
-    """The command: its exit code."""
+    """Carry out the command; returns the exit code."""
     return launch(request, work, summary, check, "coverage")
 
 
 def work(settings: Config, folder: Path) -> dict[str, Any]:
-    """One job, as the launchers call it."""
+    """Carry out one job, as the launchers call it."""
     return {"coverage": explore(settings, folder).status["coverage"]}  # config.job.OBJECTIVE
 
 
 def check(settings: Config) -> None:
-    """What the schema cannot see: a world that stands, sequences that fit. Raises UserError."""
+    """Check what the schema cannot: that the scene loads and sequences fit into an episode. Raises UserError."""
     if settings.data:
-        raise ConfigError("data=... is what curionav train learns from; curionav explore makes its own episodes.")
+        raise ConfigError("data=... is for curionav train; curionav explore records its own episodes. Leave it out.")
     build.scene(settings)
     build.check(settings)
     build.check_lengths(settings)
     if settings.learner is Learner.remote:
         remote_setup.check(settings)
     elif settings.storage:
-        raise ConfigError("storage=... is where another process learns: add learner=remote.")
+        raise ConfigError("storage=... is for learning in another process. Add learner=remote.")
 
 
 def summary(folder: Path, outcomes: list[Outcome]) -> None:
-    """The last lines of a run or a sweep, also of one that was interrupted."""
+    """Print the last lines of a run or a sweep, also of one that was interrupted."""
     from curionav_cli.commands.summary import show  # matplotlib is loaded once there is something to draw
 
     show(folder, [outcome.folder for outcome in outcomes])

@@ -1,4 +1,4 @@
-"""curionav init DIR: a config directory of one's own, with a room, an agent and an experiment that run as they are."""
+"""curionav init DIR: make a config directory with a room, an agent and an experiment that run as they are."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ STARTER = Path(__file__).parent / "starter"
 
 
 def run(folder: Path) -> int:
-    """The exit code. Raises ConfigError before a file of one's own would be written over."""
+    """Copy the starter files; returns the exit code. Raises ConfigError before any file would be overwritten."""
     names = sorted(path.relative_to(STARTER) for path in STARTER.rglob("*.yaml"))
     folder = folder_for(folder)
     there = [name for name in names if (folder / name).exists()]
     if there:
-        raise ConfigError(f"{folder / there[0]} is there already. Name another folder, or take it away first.")
+        raise ConfigError(f"{folder / there[0]} exists already. Name another folder, or remove it first.")
     for name in names:
         (folder / name).parent.mkdir(parents=True, exist_ok=True)
         shutil.copyfile(STARTER / name, folder / name)

@@ -1,13 +1,9 @@
-"""curionav list: what one can choose from, and every environment with its size."""
+"""curionav list: the groups of settings and their options, and every environment with its size."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
-
-from rich.box import SIMPLE
-from rich.table import Table
 
 from curionav_cli import build
 from curionav_cli.config import catalogue
@@ -16,20 +12,20 @@ from curionav_cli.config.override_errors import OverrideErrors
 from curionav_cli.config.sources import opened
 from curionav_cli.config.suggestions import closest, did_you_mean
 from curionav_cli.errors import ConfigError, UserError
-from curionav_cli.execution.screen import a_console
+from curionav_cli.execution.screen import a_console, table
 
 ENV_COLUMNS = (("env", "left"), ("floor m2", "right"), ("visitable m2", "right"), ("visitable cells", "right"),
                ("cell cm", "right"), ("", "left"))
 
 
 def run(group: str | None, config_dir: Path | None) -> int:
-    """The command: its exit code. Raises ConfigError for a group that does not exist."""
+    """Print the groups, or the options of one; returns the exit code. Raises ConfigError for an unknown group."""
     console = a_console()
     with opened("list", config_dir) as hydra:
         groups = catalogue.groups(hydra)
         if group is not None and group not in groups:
             raise ConfigError(f"There is no group {group}.{did_you_mean(closest(group, groups))} "
-                              f"curionav list knows: {', '.join(groups)}.")
+                              f"The groups are: {', '.join(groups)}.")
         if group == "env":
             rows = [(name, *environment(hydra, name)) for name in groups["env"]]
             console.print(table(ENV_COLUMNS, rows))
@@ -39,12 +35,12 @@ def run(group: str | None, config_dir: Path | None) -> int:
         else:
             rows = [(name, ", ".join(options)) for name, options in groups.items()]
             console.print(table((("group", "left"), ("options", "left")), rows))
-            console.print("curionav list env   (or another group) says more about its options", highlight=False)
+            console.print("curionav list env   (or another group: what its options are)", highlight=False)
     return 0
 
 
 def environment(hydra: Any, name: str) -> tuple[str, ...]:
-    """The cells of an environment's row; one that does not load says why. hydra: as `opened` gives it."""
+    """The cells of an environment's row, or why it does not load. hydra: as `opened` returns it."""
     job = [f"env={name}"]
     try:
         settings, _ = compose(hydra, OverrideErrors(hydra, job), job)
@@ -56,13 +52,3 @@ def environment(hydra: Any, name: str) -> tuple[str, ...]:
     square = plan.cell**2
     return (f"{plan.floor.sum() * square:.2f}", f"{plan.visitable.sum() * square:.2f}",
             str(plan.visitable.sum()), f"{plan.cell * 100:g}", settings.env.note)
-
-
-def table(columns: tuple[tuple[str, str], ...], rows: Sequence[tuple[str, ...]]) -> Table:
-    """`columns`: heading, and the side to which its cells are justified."""
-    made = Table(box=SIMPLE, pad_edge=False)
-    for heading, side in columns:
-        made.add_column(heading, justify="right" if side == "right" else "left", no_wrap=heading != "")
-    for row in rows:
-        made.add_row(*(cell.replace("[", "\\[") for cell in row))
-    return made

@@ -11,12 +11,8 @@ from typing import Any
 from curionav_cli import build
 from curionav_cli.commands import diagram
 from curionav_cli.commands.arguments import one_of, sorted_out
-from curionav_cli.commands.compare import gather
 from curionav_cli.commands.summary import print_columns, print_files, write_text
-from curionav_cli.config.compose import compose
-from curionav_cli.config.override_errors import OverrideErrors
-from curionav_cli.config.schema import Config
-from curionav_cli.config.sources import opened
+from curionav_cli.config.compose import composed
 from curionav_cli.errors import ConfigError
 from curionav_cli.execution.screen import a_console
 from curionav_cli.files import folder_for
@@ -25,6 +21,7 @@ from curionav_cli.results import paper, tables
 from curionav_cli.results.comparison import estimates
 from curionav_cli.results.comparison.comparison import Comparison
 from curionav_cli.results.comparison.comparison import compare as compared
+from curionav_cli.results.comparison.parallel import read_all
 from curionav_cli.results.comparison.tables import Table
 from curionav_cli.results.docking import came_home
 from curionav_cli.results.tables import Row
@@ -52,18 +49,18 @@ BEYOND = (  # what no run here can show, and why
 
 
 def run(words: list[str]) -> int:
-    """Print and write one of WHAT; the exit code. words: which, folders of runs, out=DIR."""
+    """Print and write one of WHAT; returns the exit code. words: which one, folders of runs, out=DIR."""
     what = one_of("paper", words[0] if words else "", WHAT)
     folders, chosen = sorted_out("paper", words[1:], CHOICES)
     if folders and what != "numbers":
-        raise ConfigError(f"curionav paper {what} reads no runs, only settings: leave {folders[0]} out.")
+        raise ConfigError(f"curionav paper {what} reads no runs, only settings. Leave out {folders[0]}.")
     out = folder_for(chosen.get("out", "."))
     console = a_console()
     lost: list[str] = []
     out.mkdir(parents=True, exist_ok=True)
     if what == "docking":
-        settings = [composed(f"env={env}", "agent=bounce", "robot=turtlebot2i") for env in ("small_room", "large_lab")]
-        print_files(console, out, [diagram.draw(settings, out)])
+        rooms = [composed("paper", f"env={env}", "agent=bounce", "robot=turtlebot2i") for env in diagram.ROOMS]
+        print_files(console, out, [diagram.draw(rooms, out)])
         return 0
     if what == "numbers":
         parts, lost = numbers(folders)
@@ -82,54 +79,53 @@ def run(words: list[str]) -> int:
 
 
 def written(part: Table) -> dict[str, str]:
-    """A table in three forms."""
+    """A table as Markdown, LaTeX and CSV."""
     return {"md": tables.markdown(part.rows, part.columns, part.title),
             "tex": tables.latex(part.rows, part.columns, part.title), "csv": tables.comma_separated(part.rows)}
 
 
 def hyperparameters() -> Table:
-    ours, small = (vars(composed(f"scale={scale}").agent) for scale in ("paper", "cpu"))
+    """The paper's hyperparameters beside those composed for both scales."""
+    ours, small = (vars(composed("paper", f"scale={scale}").agent) for scale in ("paper", "cpu"))
     return Table("hyperparameters", "The paper's hyperparameters beside those that are composed here.",
                  paper.HYPERPARAMETER_COLUMNS, paper.hyperparameters(ours, small))
 
 
 def sizes() -> Table:
+    """The paper's sizes of worlds beside those of the scenes."""
     return Table("sizes", "Visitable states and surfaces: the paper's, and those of the scenes as they load.",
                  paper.SIZE_COLUMNS, paper.sizes(plans()))
 
 
 def plans() -> dict[str, FloorPlan]:
-    return {env: build.scene(composed(f"env={env}")).plan for env in paper.SIZES}
-
-
-def composed(*words: str) -> Config:
-    with opened("paper") as hydra:
-        return compose(hydra, OverrideErrors(hydra, list(words)), list(words))[0]
+    """The floor plan of each world that the paper gives a size of."""
+    return {env: build.scene(composed("paper", f"env={env}")).plan for env in paper.SIZES}
 
 
 def numbers(folders: Sequence[Path]) -> tuple[list[Table], list[str]]:
     """A table for each part of the paper, and a line about each thing that is missing or unsure."""
-    home = [run for folder in folders for run in RunFolder.inside(folder) or [RunFolder(folder)] if came_home(run)]
-    lives, lost = gather([folder for folder in folders if not came_home_only(folder, home)], "landing", "visitable")
-    if folders and not lives and not home:
+    trials = [run for folder in folders for run in RunFolder.inside(folder) or [RunFolder(folder)] if came_home(run)]
+    explored = [folder for folder in folders if not only_docking_trials(folder, trials)]
+    runs, lost = read_all(explored, "landing", "visitable")
+    if folders and not runs and not trials:
         raise ConfigError("\n".join([*lost, "There is no run to take numbers from. Name folders of runs or "
                                      "sweeps, or none."]))
-    settings, scenes = composed("robot=turtlebot2i"), plans()
-    comparison = compared(lives) if lives else Comparison([], {}, {}, {})
+    settings, scenes = composed("paper", "robot=turtlebot2i"), plans()
+    comparison = compared(runs) if runs else Comparison([], {}, {}, {})
     parts = {"protocol": paper.protocol(asdict(settings.loop), asdict(settings.robot), scenes,
                                         asdict(settings.agent)["action_repeat"]),
              "surfaces": paper.areas(scenes), "coverage": paper.coverage(comparison),
-             "docking": paper.docking(lives, home)}
-    rows: dict[str, list[Row]] = {name: [one._asdict() for one in found] for name, found in parts.items()}
+             "docking": paper.docking(runs, trials)}
+    rows: dict[str, list[Row]] = {name: [number._asdict() for number in found] for name, found in parts.items()}
     shown = [Table(name, TITLES[name], paper.COLUMNS, found) for name, found in rows.items() if found]
-    notes = [*estimates.notes(comparison, None), *lost] if lives else [*lost, "No run was given, so that nothing is "
+    notes = [*estimates.notes(comparison, None), *lost] if runs else [*lost, "No run was given, so that nothing is "
                                                                        "said about coverage and docking."]
     return [hyperparameters(), *shown], notes
 
 
-def came_home_only(folder: Path, home: Sequence[RunFolder]) -> bool:
+def only_docking_trials(folder: Path, trials: Sequence[RunFolder]) -> bool:
     """Whether all runs in the folder are runs of curionav dock."""
-    paths = [run.path for run in home]
+    paths = [run.path for run in trials]
     return folder in paths or any(path.parent == folder for path in paths)
 
 

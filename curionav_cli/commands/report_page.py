@@ -1,4 +1,4 @@
-"""report.html: everything that a comparison found, on one page that can be sent to somebody."""
+"""report.html: a whole comparison on one page without other files."""
 
 from __future__ import annotations
 
@@ -22,34 +22,34 @@ from curionav_cli.results.tables import Row
 from curionav_cli.storage import provenance
 from curionav_cli.storage.run_folder import RunFolder
 
-EVERY = 5  # steps of a film that many people load
+EVERY = 5  # steps between two frames of the film, to keep the page small
 MADE_WITH = ("curionav", "git_commit", "git_changed", "python", "numpy", "torch", "gymnasium", "opencv-python-headless",
              "device", "engine", "machine", "cores", "threads")
 
 
-def best_runs(field: Field, way: tuple[str, str]) -> list[Run]:
-    """Of each arm the run that covered most, counted by this marking rule and denominator."""
-    found = []
-    for arm, lives in field.arms.items():
-        best = max(lives, key=lambda life: (life.curve.at(field.horizon), life.curve.until(field.horizon).area()))
-        found.append(Run(RunFolder(best.folder), *way, arm.removeprefix(best.agent)))
-    return found
+def best_runs(field: Field, counting: tuple[str, str]) -> list[Run]:
+    """The run of each arm that covered most, by this marking rule and denominator."""
+    best_of_arms = []
+    for arm, runs in field.arms.items():
+        best = max(runs, key=lambda run: (run.curve.at(field.horizon), run.curve.until(field.horizon).area()))
+        best_of_arms.append(Run(RunFolder(best.folder), *counting, arm.removeprefix(best.agent)))
+    return best_of_arms
 
 
-def holes(runs: Sequence[Run]) -> list[str]:
-    """A line for each of these runs that noted more than its episodes hold: one of them is broken."""
+def gap_lines(runs: Sequence[Run]) -> list[str]:
+    """A line for each gap in these runs: metrics of an episode that is missing or broken."""
     return [f"GAP: {gap}" for run in runs for gap in run.readable.gaps]
 
 
 def draw_best(best: dict[str, list[Run]], figures: Path) -> list[str]:
-    """The heatmaps of the best runs side by side, a figure for each environment; their names in the folder."""
+    """Draw the heatmaps of the best runs side by side, a figure for each environment; returns their names."""
     for name, runs in best.items():
         plots.save(plots.heatmaps(runs), figures / f"heatmaps_{name}.png")
     return [f"heatmaps_{name}.png" for name in best]
 
 
-def shoot(runs: Sequence[Run], path: Path) -> str:
-    """A film of the last episode of the run that covered most; what it shows. Empty: there can be none."""
+def film_last_episode(runs: Sequence[Run], path: Path) -> str:
+    """Make a film of the last episode of the run that covered most; returns its caption, "" where it cannot be made."""
     best = max(runs, key=lambda run: run.coverage.visited)
     try:
         episode = Episode.load(best.episodes[-1])
@@ -61,18 +61,19 @@ def shoot(runs: Sequence[Run], path: Path) -> str:
 
 def write(path: Path, command: str, comparison: Comparison, notes: Sequence[str], tables: Sequence[Table],
           pictures: Sequence[Picture], rows: Sequence[Row]) -> None:
-    """The page. rows: one for each run."""
-    about = [made(life) for life in comparison.names]
-    curves = [one for one in pictures if not one.path.name.startswith("heatmaps") and one.path.suffix == ".png"]
-    maps = [one for one in pictures if one not in curves]
-    settings = [html_report.table(one) for one in tables if one.name == "settings"]
-    numbers = [html_report.table(one) for one in tables if one.name != "settings"]
+    """Write the page. rows: one for each run."""
+    about = [run_json(run) for run in comparison.names]
+    curves = [picture for picture in pictures
+              if picture.path.suffix == ".png" and not picture.path.name.startswith("heatmaps")]
+    maps = [picture for picture in pictures if picture not in curves]
+    settings = [html_report.table(table) for table in tables if table.name == "settings"]
+    numbers = [html_report.table(table) for table in tables if table.name != "settings"]
     page = html_report.page(
         f"{', '.join(comparison.arms)} in {', '.join(field.env for field in comparison.fields)}",
-        " ".join(dict.fromkeys(str(one["question"]) for one in about if one.get("question"))),
+        " ".join(dict.fromkeys(str(record["question"]) for record in about if record.get("question"))),
         [Section("What to know", html_report.notes(notes)),
-         Section("Curves", [html_report.picture(one) for one in curves]),
-         Section("Heatmaps", [html_report.picture(one) for one in maps]),
+         Section("Curves", [html_report.picture(picture) for picture in curves]),
+         Section("Heatmaps", [html_report.picture(picture) for picture in maps]),
          Section("Tables", numbers), Section("What differs", settings),
          Section("Runs", [html_report.table(run_table(rows))]),
          Section("Made by", html_report.commands([*sweeps(list(comparison.names)), command])
@@ -80,22 +81,22 @@ def write(path: Path, command: str, comparison: Comparison, notes: Sequence[str]
     write_text(path, page)
 
 
-def made(life: RunSummary) -> dict[str, Any]:
-    """run.json; {} where it cannot be read."""
+def run_json(run: RunSummary) -> dict[str, Any]:
+    """The content of run.json; {} where it cannot be read."""
     try:
-        return read_json(life.folder / "run.json")
+        return read_json(run.folder / "run.json")
     except RunFolderError:
         return {}
 
 
-def sweeps(lives: Sequence[RunSummary]) -> list[str]:
-    """The command of each sweep once; of a run that is in none, its own."""
-    commands = (provenance.sweep_command(life.folder.resolve().parent) or str(made(life).get("command", ""))
-                for life in lives)
+def sweeps(runs: Sequence[RunSummary]) -> list[str]:
+    """The command of each sweep once, and of each run that is in none."""
+    commands = (provenance.sweep_command(run.folder.resolve().parent) or str(run_json(run).get("command", ""))
+                for run in runs)
     return [command for command in dict.fromkeys(commands) if command]
 
 
 def versions(about: Sequence[dict[str, Any]]) -> list[Row]:
-    """What the runs were made with, and how many by each."""
+    """The versions and machines that the runs were made with, and the number of runs of each."""
     return [{"what": key, "value": str(value), "n": n} for key in MADE_WITH
-            for value, n in Counter(one.get(key) for one in about).items() if value is not None]
+            for value, n in Counter(record.get(key) for record in about).items() if value is not None]

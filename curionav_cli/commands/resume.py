@@ -1,4 +1,7 @@
-"""curionav resume DIR: a run, or every run of a sweep, goes on from its last finished episode."""
+"""curionav resume DIR: continue a run, or every run of a sweep, after its last finished episode.
+
+A resumed run or sweep is carried out by the command that began it, so this module imports those.
+"""
 
 from __future__ import annotations
 
@@ -25,41 +28,41 @@ from curionav_cli.storage.run_folder import RunFolder
 
 # A run may be longer than planned, files may move, machines differ in memory, and CUDA graphs may fail.
 ANY = ("env.map", "env.overlay", "loop.replay_memory", "compile", "logger")
-BEGUN = Path(".hydra", "hydra.yaml")  # Hydra writes it first of all
-LONGER = "hydra.sweeper.n_trials"  # of a search, whose runs stay as long as they are: they are compared
+BEGUN = Path(".hydra", "hydra.yaml")  # the first file that Hydra writes
+LONGER = "hydra.sweeper.n_trials"  # of a search, whose runs must stay equally long to be compared
 PINNED = ("hydra.sweep.dir", "hydra.run.dir", "hydra.mode")
-MET = ("storage", *(f"remote.{field.name}" for field in fields(Remote)))  # where robot and server meet
-MAY_CHANGE = {"explore": ("loop.episodes", *ANY, *MET), "train": ("loop.iterations", "data", *ANY, *MET),
+STORAGE = ("storage", *(f"remote.{field.name}" for field in fields(Remote)))  # where the storage is, and how it is used
+MAY_CHANGE = {"explore": ("loop.episodes", *ANY, *STORAGE), "train": ("loop.iterations", "data", *ANY, *STORAGE),
               "dock": ("dock.requests", *ANY)}
 COMMANDS = {"explore": explore, "train": train, "dock": dock}
 
 
 def run(folder: Path, changes: list[str], failed: bool = False) -> int:
-    """Go on with the run or the sweep in `folder`; changes: ["loop.episodes=20"]. The exit code.
+    """Continue the run or the sweep in `folder`; returns the exit code. changes: such as ["loop.episodes=20"].
 
-    failed: the failed runs of a sweep are run again too; a run that is named itself always is.
+    failed: also run the failed runs of a sweep again; a single run is always run again.
     Raises UserError before anything is written, RunFailed where the run cannot go on.
     """
     folder = place(folder)
     if (folder / NOTE).is_file():
         if failed and "n_trials" in noted(folder):
-            raise ConfigError("A search is told once how each trial ended, so what failed is not run again. "
+            raise ConfigError("A search records each trial once, so failed trials are not run again. "
                               f"For more trials: curionav resume {folder} {LONGER}={2 * noted(folder)['n_trials']}")
-        if failed and all(state(RunFolder(told.parent)) != "failed" for told in folder.glob("*/status.json")):
+        if failed and all(state(RunFolder(path.parent)) != "failed" for path in folder.glob("*/status.json")):
             print(f"No run in {folder} has failed.")
-        return again(folder / NOTE, folder.resolve(), changes, multirun=True, failed=failed)
+        return run_again(folder / NOTE, folder.resolve(), changes, multirun=True, failed=failed)
     if (folder / BEGUN).is_file() and not any((folder / name).is_file() for name in ("config.yaml", "metrics.jsonl")):
-        return again(folder / BEGUN, folder.resolve(), changes, multirun=False, failed=True)
-    one = RunFolder.existing(folder)
+        return run_again(folder / BEGUN, folder.resolve(), changes, multirun=False, failed=True)
+    existing = RunFolder.existing(folder)
     command = began_by(folder / "run.json")
-    refuse_others(command, changes)
-    settings = read_settings(one.config, changes)
+    refuse_other_changes(command, changes)
+    settings = read_settings(existing.config, changes)
     module: Any = COMMANDS[command]
     try:
         with logged(folder / f"{command}.log"):
             module.work(settings, folder)
-    except (ConfigError, SceneError) as error:  # which name the setting, and are of this run
-        raise RunFolderError(f"{one.config} cannot be lived: {error}") from error
+    except (ConfigError, SceneError) as error:  # these name the setting
+        raise RunFolderError(f"{existing.config} cannot be run: {error}") from error
     except KeyboardInterrupt:
         print(f"Interrupted. To go on: curionav resume {folder}", file=sys.stderr)
         return INTERRUPTED
@@ -70,29 +73,30 @@ def run(folder: Path, changes: list[str], failed: bool = False) -> int:
 
 
 def began_by(about: Path) -> str:
-    """The command that began the run. Raises RunFolderError where run.json names none."""
+    """The command that began the run. Raises RunFolderError where run.json has none."""
     try:
         command = shlex.split(read_json(about)["command"])[1]
     except (KeyError, TypeError, ValueError, IndexError) as error:
         raise RunFolderError(f"{about} does not say what began the run ({error}). Restore it from a copy.") from error
     if command not in COMMANDS:
-        raise RunFolderError(f"{about} says that curionav {command} began the run. Restore it from a copy.")
+        raise RunFolderError(f"{about} names curionav {command}, which begins no run. Restore it from a copy.")
     return command
 
 
-def refuse_others(command: str, changes: list[str], searched: bool = False) -> None:
-    """Raises ConfigError for a change that a run of this command cannot go on with, nor a search of them."""
+def refuse_other_changes(command: str, changes: list[str], searched: bool = False) -> None:
+    """Check that a run of this command, or a search of them, may change so. Raises ConfigError."""
     may = (LONGER, *MAY_CHANGE[command][1:]) if searched else MAY_CHANGE[command]
     for key in (change.partition("=")[0] for change in changes):
         if key not in may:
-            raise ConfigError(f"A run goes on with the settings it began with; only {', '.join(may)} may "
-                              f"change, not {key}. Start a new run for another one.")
+            raise ConfigError(f"A run keeps the settings it began with; only {', '.join(may)} may "
+                              f"change, not {key}. Start a new run for another value.")
 
 
-def again(note: Path, folder: Path, changes: list[str], multirun: bool, failed: bool) -> int:
-    """Type the command that Hydra noted once more, into the same folder.
+def run_again(note: Path, folder: Path, changes: list[str], multirun: bool, failed: bool) -> int:
+    """Give the command that Hydra recorded once more, with the same folder; returns the exit code.
 
-    Of a sweep what is done returns at once, and what never began begins; a run was killed before it had begun.
+    Finished runs of a sweep return at once, and runs that never began begin. A single run comes here only if it was
+    killed before its folder had settings.
     """
     try:
         hydra = yaml.safe_load(note.read_text())["hydra"]
@@ -101,20 +105,20 @@ def again(note: Path, folder: Path, changes: list[str], multirun: bool, failed: 
         module: Any = COMMANDS[command]
         own = [Path(source["path"]) for source in hydra["runtime"]["config_sources"] if source["provider"] == "user"]
     except (yaml.YAMLError, KeyError, TypeError) as error:
-        raise RunFolderError(f"{note} does not hold what was typed ({error}).") from error
-    refuse_others(command, changes, searched)
+        raise RunFolderError(f"{note} does not hold the command ({error}). Restore it from a copy.") from error
+    refuse_other_changes(command, changes, searched)
     keys = {change.partition("=")[0] for change in changes}
     words = [word for word in overrides["task"] if word.partition("=")[0] not in keys]
     kept = [word for word in overrides["hydra"] if word.partition("=")[0] not in {*PINNED, *keys}]
     request = Request(command, [*words, *changes, *kept, pin(folder, multirun)], multirun,
-                      config_dirs=tuple(own), spare_failed=not failed)
+                      config_dirs=tuple(own), skip_failed=not failed)
     with chdir(where if where.is_dir() else folder):
         return module.run(request)
 
 
 @contextmanager
 def logged(path: Path) -> Iterator[None]:
-    """The traceback of an unexpected end goes into the run's log; a person reads one line."""
+    """Write the traceback of an unexpected error into the run's log, and raise RunFailed with one line."""
     handler = logging.FileHandler(path)
     log = logging.getLogger("curionav")
     log.addHandler(handler)

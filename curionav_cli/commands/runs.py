@@ -1,4 +1,4 @@
-"""curionav runs [DIR...] [state=failed] [sort=coverage]: what there is in outputs/, as a table."""
+"""curionav runs [DIR...] [--state failed] [--sort coverage]: a table of the runs in outputs/."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ DESCENDING = ("coverage", "size")
 
 @dataclass(frozen=True)
 class Found:
-    """A run on the disk. seconds: since it was last written to; size: bytes on the disk."""
+    """A run on the disk. seconds: since something in it was last written; size: bytes on the disk."""
 
     path: Path
     state: str
@@ -45,43 +45,43 @@ class Found:
     error: str
 
     def row(self) -> dict[str, Any]:
-        """As the table writes it."""
+        """Its row in the table."""
         return {"run": str(self.path), **vars(self), "age": age(self.seconds), "size": megabytes(self.size)}
 
     def key(self, sort: str) -> Any:
-        """By which `sort` puts it in its place."""
+        """Its sort key."""
         value = {"age": self.seconds, "run": str(self.path), "state": STATES.index(self.state)}
         key = value.get(sort, getattr(self, sort, None))
         return -1 if key is None else key
 
 
 def run(words: list[str]) -> int:
-    """The exit code. words: folders (outputs without any), and settings that choose and sort."""
+    """Print the table; returns the exit code. words: folders (by default outputs), and settings of CHOICES."""
     folders, chosen = sorted_out("runs", words, CHOICES)
     roots = folders or [OUTPUTS]
     for root in roots:
         if not root.is_dir():
             raise ConfigError(f"There is no folder {root}. Name one, as in: curionav runs outputs"
-                              + ("" if folders else "; without one, outputs/ here is looked through."))
+                              + ("" if folders else ". By default outputs/ in this directory is searched."))
     sort = chosen.pop("sort", "age")
-    found = [one for root in roots for path in run_folders(root) if fits(one := read(path), chosen)]
-    found.sort(key=lambda one: one.key(sort), reverse=sort in DESCENDING)
+    found = [run for root in roots for path in run_folders(root) if fits(run := read(path), chosen)]
+    found.sort(key=lambda run: run.key(sort), reverse=sort in DESCENDING)
     console = a_console()
     if not found:
-        console.print(f"No run in {', '.join(map(str, roots))}{' is like that' if chosen else ''}.", highlight=False)
+        console.print(f"No run in {', '.join(map(str, roots))}{' matches' if chosen else ''}.", highlight=False)
         return 0
     asked = [key for key in (*chosen, sort) if key in SHOWN]
-    print_columns([one.row() for one in found], COLUMNS, console, list(dict.fromkeys(["run", *asked, *SHOWN])))
-    for one in found:
-        if one.error and one.state != "done":
-            console.print(f"{one.path}: {one.error}", soft_wrap=True, highlight=False, markup=False)
+    print_columns([run.row() for run in found], COLUMNS, console, list(dict.fromkeys(["run", *asked, *SHOWN])))
+    for run in found:
+        if run.error and run.state != "done":
+            console.print(f"{run.path}: {run.error}", soft_wrap=True, highlight=False, markup=False)
     count = f"{len(found)} run{'s' * (len(found) != 1)}"
-    console.print(f"{count}, {megabytes(sum(one.size for one in found))}", highlight=False)
+    console.print(f"{count}, {megabytes(sum(run.size for run in found))}", highlight=False)
     return 0
 
 
 def run_folders(root: Path) -> Iterator[Path]:
-    """Folders with a run in or below `root`; what is in a run is not looked through."""
+    """Folders with a run in or below `root`; not those inside a run."""
     for folder, inner, files in os.walk(root):
         if "run.json" in files or "status.json" in files:
             inner.clear()
@@ -89,7 +89,7 @@ def run_folders(root: Path) -> Iterator[Path]:
 
 
 def read(path: Path) -> Found:
-    """One run; what cannot be read makes it broken, and says why."""
+    """Read one run; where that fails its state is broken, with the error."""
     run, state, error = RunFolder(path), "broken", ""
     status: dict[str, Any] = {}
     settings: dict[str, Any] = {"env": {"name": "?"}, "agent": {"name": "?"}, "seed": -1}
@@ -108,7 +108,7 @@ def read(path: Path) -> Found:
 
 
 def measured(folder: Path) -> tuple[float, int]:
-    """When something in it was last written, and bytes on the disk; what vanishes meanwhile is left out."""
+    """The time of the last write, and bytes on the disk; files that vanish meanwhile are left out."""
     stats = [folder.lstat()]
     for root, folders, files in os.walk(folder):
         for name in (*folders, *files):
@@ -122,7 +122,7 @@ def fits(found: Found, chosen: dict[str, str]) -> bool:
 
 
 def age(seconds: float) -> str:
-    """'2 d 03 h'; a clock that was put back makes nothing older than now."""
+    """An age in words, '2 d 03 h'; 0 where the clock was put back."""
     seconds = max(0.0, seconds)
     return f"{seconds // 86400:.0f} d {seconds // 3600 % 24:02.0f} h" if seconds >= 86400 else duration(seconds)
 

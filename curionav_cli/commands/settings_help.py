@@ -1,4 +1,4 @@
-"""--help of a command with settings: Typer's page, then the groups and every setting with its default."""
+"""The --help of a command with settings: Typer's page, then the groups and every setting with its default."""
 
 from __future__ import annotations
 
@@ -9,13 +9,9 @@ from typing import Any
 from rich.console import Console
 from rich.panel import Panel
 from rich.table import Table
-from typer.core import TyperCommand, TyperGroup
+from typer.core import TyperCommand
 
-from curionav_cli.errors import Unread
-
-CHOSEN = {"dock": ("agent=bounce", "robot=turtlebot2i")}  # where a command's defaults are others
-
-SETTINGS = "curionav.settings"  # what was typed beside --help
+SETTINGS = "curionav.settings"  # the settings typed beside --help
 
 
 class Part(StrEnum):
@@ -27,7 +23,7 @@ class Part(StrEnum):
 
 
 class Kind(StrEnum):
-    """What --info prints of how the configuration came about."""
+    """Which part of where the settings come from --info prints."""
 
     all = "all"
     config = "config"
@@ -37,18 +33,8 @@ class Kind(StrEnum):
     searchpath = "searchpath"
 
 
-class Commands(TyperGroup):
-    """Typer would give a closed pipe the exit code of a failed run."""
-
-    def invoke(self, ctx: Any) -> Any:
-        try:
-            return super().invoke(ctx)
-        except BrokenPipeError:
-            raise Unread from None
-
-
 class SettingsCommand(TyperCommand):
-    """A command whose arguments are settings; its help shows them, with agent=... beside it those of that agent.
+    """A command whose arguments are settings. Its help lists them; with agent=... those of that agent.
 
     --info alone means --info all.
     """
@@ -56,10 +42,10 @@ class SettingsCommand(TyperCommand):
     def format_help(self, ctx: Any, formatter: Any) -> None:
         super().format_help(ctx, formatter)
         from curionav_cli.config import catalogue
-        from curionav_cli.config.sources import opened
+        from curionav_cli.config.sources import COMMAND_DEFAULTS, opened
 
         with opened(str(self.name)) as hydra:
-            chosen = [*CHOSEN.get(str(self.name), ()), *ctx.meta[SETTINGS]]
+            chosen = [*COMMAND_DEFAULTS.get(str(self.name), ()), *ctx.meta[SETTINGS]]
             groups, config = catalogue.groups(hydra), catalogue.composed(hydra, chosen)
         settings, choices = catalogue.settings(config), catalogue.choices(config)
         console = Console()
@@ -77,7 +63,7 @@ class SettingsCommand(TyperCommand):
 
 
 def group_rows(groups: dict[str, list[str]], settings: dict[str, Any]) -> list[tuple[str, str]]:
-    """(env, '*small_room, map, ...'): each group and its options."""
+    """Each group and its options: (env, '*small_room, map, ...')."""
     rows = []
     for group, options in groups.items():
         chosen = settings.get(f"{group}.name", settings.get(group))
@@ -87,7 +73,7 @@ def group_rows(groups: dict[str, list[str]], settings: dict[str, Any]) -> list[t
 
 def setting_rows(groups: dict[str, list[str]], settings: dict[str, Any],
                  choices: dict[str, list[str]]) -> list[tuple[str, str]]:
-    """(loop.steps, '500'), (agent.view, '*pano, ego'), ...: each key; the lists of a scene are only counted."""
+    """Each key and its value: (loop.steps, '500'), (agent.view, '*pano, ego'); lists of a scene are only counted."""
     keys = (key for key in settings if key not in groups and key.rpartition(".")[2] != "name")
     return [(key, starred(choices[key], settings[key]) if key in choices else brief(settings[key])) for key in keys]
 

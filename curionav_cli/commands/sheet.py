@@ -1,4 +1,4 @@
-"""curionav sheet: what a world looks like, before anyone lives in it."""
+"""curionav sheet: pictures of a world, from above and from within."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ from curionav_cli.execution.launch import Request, launch
 
 
 def run(request: Request) -> int:
-    """The command: its exit code."""
+    """Carry out the command; returns the exit code."""
     return launch(request, work, summary, check)
 
 
 def work(settings: Config, folder: Path) -> dict[str, Any]:
-    """The plan as a map, a sheet of views, and its top view alone, written into `folder`."""
+    """Draw the floor plan, a sheet of views, and the view from above alone, into `folder`."""
     from curionav_cli.results import floor_plans, plots  # matplotlib only when there is something to draw
     from curionav_cli.results.labels import scene_name
     from curionav_cli.world.contact_sheet import contact_sheet, plans
@@ -33,10 +33,12 @@ def work(settings: Config, folder: Path) -> dict[str, Any]:
 
 
 def check(settings: Config) -> None:
+    """Check that the scene loads. Raises SceneError or MapError."""
     build.scene(settings)
 
 
 def summary(folder: Path, outcomes: list[Outcome]) -> None:
+    """Print the size of each world and where its pictures are."""
     for outcome in outcomes:
         if not outcome.code:
             area = outcome.result["cells"] * outcome.result["cell"] ** 2

@@ -1,4 +1,4 @@
-"""What a person sees at the end: a table of all runs, where the files are, what to type next."""
+"""The last lines of a command: a table of all runs, where the files are, what to type next."""
 
 from __future__ import annotations
 
@@ -21,14 +21,14 @@ from curionav_cli.results import plots, tables
 from curionav_cli.results.runs import Run, distinguish, job_number
 
 SHOWN = ("agent", "seed", "coverage", "visited", "cells", "steps", "area", "to 50 %", "to 80 %", "forward", "left",
-         "right", "cancelled", "state", "env", "learning")  # the most telling first: a narrow terminal shows fewer
+         "right", "cancelled", "state", "env", "learning")  # the most important first: a narrow terminal shows fewer
 SWEPT = ("folder", "state", "coverage", *(heading for heading in SHOWN if heading not in ("state", "coverage")))
 LEFT = ("run", "folder", "agent", "state", "env", "marking", "of", "arm", "minus", "setting", "value",
         "part", "name", "key", "where in the paper", "what", "paper", "ours", "from")
 
 
 def show(folder: Path, folders: Sequence[Path]) -> None:
-    """The end of the run in `folder`, or of the sweep that has its runs in `folders`."""
+    """Print the summary of the run in `folder`, or of the sweep that has its runs in `folders`."""
     console = a_console()
     if (folder / "config.yaml").exists():
         show_run(folder, console)
@@ -38,7 +38,7 @@ def show(folder: Path, folders: Sequence[Path]) -> None:
 
 
 def show_run(folder: Path, console: Console) -> None:
-    """The end of one run."""
+    """Print the summary of one run."""
     row = Run.open(folder).row()
     print_table([row], console)
     print_files(console, folder, ("figures/heatmap.png", "figures/coverage.png", "figures/predictions.png",
@@ -51,7 +51,7 @@ def show_run(folder: Path, console: Console) -> None:
 
 
 def show_sweep(root: Path, folders: Sequence[Path], console: Console) -> None:
-    """The end of a sweep: figures and tables over its runs."""
+    """Draw figures over the runs of a sweep, write their tables, and print its summary."""
     runs, rows = [], []
     for folder in folders:
         try:
@@ -77,20 +77,20 @@ def show_sweep(root: Path, folders: Sequence[Path], console: Console) -> None:
         if row["state"] != "done":
             console.print(f"{row['state']}: {row['folder']}: {row['error']}", soft_wrap=True, markup=False)
     print_files(console, root, [*made, "table.md", "results.csv", "optimization_results.yaml"])
-    print_next(console, [*to_go_on(root, rows, search),
-                         f"curionav compare {shlex.quote(str(root))}   (how sure it is, and report.html)",
+    print_next(console, [*how_to_continue(root, rows, search),
+                         f"curionav compare {shlex.quote(str(root))}   (intervals, and report.html)",
                          "curionav explore -m agent=lbs_dreamer,random,bounce seed=0,1,2,3,4 launcher=cores",
                          "curionav explore --help   (every setting)"])
 
 
 def best_first(row: dict[str, Any], direction: str) -> float:
-    """Where a run stands in the table of a search; at its end what has no coverage."""
+    """The sort key of a run in the table of a search; runs without coverage come last."""
     coverage = row.get("coverage")
     return float("inf") if coverage is None else -coverage if direction == "maximize" else coverage
 
 
-def to_go_on(root: Path, rows: Sequence[dict[str, Any]], search: dict[str, Any]) -> list[str]:
-    """The line that goes on with a sweep, or makes it longer; none for one that did not note how it was begun."""
+def how_to_continue(root: Path, rows: Sequence[dict[str, Any]], search: dict[str, Any]) -> list[str]:
+    """The command that resumes a sweep or makes it longer; [] for one without a record of its command."""
     on, states = f"curionav resume {shlex.quote(str(root))}", {row["state"] for row in rows}
     if not (root / NOTE).is_file():
         return []
@@ -103,14 +103,14 @@ def to_go_on(root: Path, rows: Sequence[dict[str, Any]], search: dict[str, Any])
 
 
 def failed_row(folder: Path, error: UserError) -> dict[str, Any]:
-    """The row of a run that left nothing to read."""
+    """The row of a run that cannot be read."""
     keys = ("env", "agent", "seed", "state", "episodes", "steps", "marking", "denominator", "visited", "cells")
     return {**dict.fromkeys(keys), "marking": "landing", "denominator": "visitable", "state": "failed",
             "error": str(error), "folder": str(folder)}
 
 
 def draw(root: Path, runs: Sequence[Run]) -> list[str]:
-    """One coverage figure and one row of heatmaps for every environment."""
+    """Draw a coverage figure and a row of heatmaps for each environment; returns their names in the folder."""
     made = []
     for env in dict.fromkeys(run.env for run in runs):
         same = [run for run in runs if run.env == env]
@@ -122,23 +122,24 @@ def draw(root: Path, runs: Sequence[Run]) -> list[str]:
 
 
 def one_each(runs: Sequence[Run]) -> list[Run]:
-    """The first run of every agent; of a single agent the first eight."""
+    """The first run of every agent; of a single agent its first eight runs."""
     first = list({run.agent: run for run in reversed(runs)}.values())[::-1]
     return first if len(first) > 1 else list(runs[:8])
 
 
 def write_text(path: Path, text: str) -> None:
+    """Write a file that is whole or absent."""
     write_whole(path, lambda file: file.write(text.encode()))
 
 
 def print_table(rows: Sequence[dict[str, Any]], console: Console, shown: Sequence[str] = SHOWN) -> None:
-    """As many columns as the terminal is wide."""
+    """Print a table of runs, with as many columns as fit the terminal."""
     print_columns(rows, tables.COLUMNS, console, shown, None if "marking" in shown else tables.meaning(rows))
 
 
 def print_columns(rows: Sequence[dict[str, Any]], columns: tables.Columns, console: Console, shown: Sequence[str],
                   caption: str | None = None) -> None:
-    """The columns with the headings in `shown`, as many as the terminal is wide; a file gets them all."""
+    """Print the columns with the headings in `shown`, as many as fit the terminal; a file gets them all."""
     headings = [heading for heading, _, _ in columns]
     lines = [dict(zip(headings, tables.cells(row, columns), strict=True)) for row in rows]
     table = Table(box=SIMPLE, pad_edge=False, caption=caption, caption_justify="left")
@@ -158,6 +159,7 @@ def print_columns(rows: Sequence[dict[str, Any]], columns: tables.Columns, conso
 
 
 def print_files(console: Console, root: Path, names: Sequence[str]) -> None:
+    """Print the paths of those files in `root` that exist."""
     console.print("\n[bold]Files[/]")
     for path in (root / name for name in names):
         if path.exists():
@@ -165,6 +167,7 @@ def print_files(console: Console, root: Path, names: Sequence[str]) -> None:
 
 
 def print_next(console: Console, lines: Sequence[str]) -> None:
+    """Print the commands to type next."""
     console.print("\n[bold]Next[/]")
     for line in lines:
         console.print(f"  {line}", soft_wrap=True, highlight=False, markup=False)

@@ -1,1 +1,1 @@
-"""Settings: what may be set (schema.py) and how it is composed (the only room that knows Hydra)."""
+"""Settings: what may be set (schema.py) and how it is composed; the only package that imports Hydra."""

@@ -1,5 +1,4 @@
-"""What may be set: the groups with their options, and every key with its value. For help,
-completion and the suggestions after a typing error."""
+"""What may be set: groups with their options, keys with their values; for help, completion and suggestions."""
 
 from __future__ import annotations
 
@@ -21,19 +20,20 @@ HIDDEN = ("hydra", "schema")
 
 
 def groups(hydra: Hydra) -> dict[str, list[str]]:
-    """Group -> its options, as a person chooses between them: env, agent, robot, scale, ..."""
+    """The groups (env, agent, robot, scale, ...), each with its options."""
     loader = hydra.config_loader
     names = (name for name in loader.list_groups("") if name not in HIDDEN)
     return {name: options for name in sorted(names) if (options := options_of(hydra, name))}
 
 
 def options_of(hydra: Hydra, group: str) -> list[str]:
-    """Asked of the repository: the loader's own method copies all configurations first."""
-    return sorted(cast(Any, hydra.config_loader).repository.get_group_options(group, ObjectType.CONFIG))
+    """The options of a group, sorted."""
+    repository = cast(Any, hydra.config_loader).repository  # the loader's own method first copies all configurations
+    return sorted(repository.get_group_options(group, ObjectType.CONFIG))
 
 
 def note(hydra: Hydra, group: str, option: str) -> str:
-    """One line about an option: the first comment of its file, else what the schema says of an agent."""
+    """One line about an option: the first comment of its file, else the first line of the agent's schema."""
     for source in hydra.config_loader.get_search_path().get_path():
         path = Path(str(source.path).removeprefix("file://")) / group / f"{option}.yaml"
         if path.is_file():
@@ -45,17 +45,17 @@ def note(hydra: Hydra, group: str, option: str) -> str:
 
 
 def settings(config: DictConfig) -> dict[str, Any]:
-    """Flat key -> value of what was composed."""
+    """Flat key -> value of a composed configuration."""
     return dict(flat(config))
 
 
 def choices(config: DictConfig) -> dict[str, list[str]]:
-    """The settings that are one of a few words -> all of these: agent.view -> [pano, ego]."""
+    """The settings that are an enumeration -> its members: agent.view -> [pano, ego]."""
     return {key: list(type(value).__members__) for key, value in flat(config, words=False) if isinstance(value, Enum)}
 
 
 def composed(hydra: Hydra, overrides: list[str]) -> DictConfig:
-    """What these overrides compose to; the defaults where they do not."""
+    """What these overrides compose to; the defaults where they cannot be composed."""
     try:
         return hydra.compose_config(MAIN, overrides, RunMode.RUN)
     except HydraException:
@@ -63,7 +63,7 @@ def composed(hydra: Hydra, overrides: list[str]) -> DictConfig:
 
 
 def flat(config: DictConfig, words: bool = True) -> Iterator[tuple[str, Any]]:
-    """('loop.steps', 500), ... as YAML would show them; lists and empty dictionaries are values.
+    """Yield keys and values as YAML shows them: ('loop.steps', 500), ...; lists and empty dictionaries are values.
 
     words: members of an enumeration as their names.
     """
@@ -73,7 +73,7 @@ def flat(config: DictConfig, words: bool = True) -> Iterator[tuple[str, Any]]:
 
 
 def hydra_keys(config: DictConfig) -> list[str]:
-    """hydra.sweeper.n_trials, ...: every key of Hydra's own part."""
+    """Every key of Hydra's own part: hydra.sweeper.n_trials, ..."""
     container = OmegaConf.to_container(config.hydra)
     assert isinstance(container, dict)
     return [key for key, _ in leaves(container, "hydra.")]

@@ -1,4 +1,4 @@
-"""What could follow on a command line: options of a group, keys of the settings, values of a choice."""
+"""Completion for the shell: options of a group, keys of the settings, values of an enumeration."""
 
 from __future__ import annotations
 
@@ -33,8 +33,8 @@ def completions(command: str, words: list[str], word: str, config_dir: Path | No
 
 
 def shell_words() -> tuple[list[str], str] | None:
-    """bash cuts words at '=' (env=sm is env, =, sm). Its words put together again, and what of the
-    last one it will replace; None under other shells, which hand over whole words."""
+    """The words of bash, which cuts them at '=' (env=sm is env, =, sm), joined again, and the part of the last one that
+    bash replaces; None under other shells, which pass whole words."""
     line = os.environ.get("COMP_WORDS")
     if line is None:
         return None

@@ -1,4 +1,4 @@
-"""Before anything runs: compose every job once, so that a wrong setting is answered at the prompt."""
+"""Compose every job once before anything runs, so that a wrong setting is answered at the prompt."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from curionav_cli.config.safety import refuse_callables
 from curionav_cli.config.schema import Config
 from curionav_cli.config.search import Engine, corners, ends, engine, foreign, refuse_fractions
 from curionav_cli.config.settings import as_settings
-from curionav_cli.config.sources import MAIN
+from curionav_cli.config.sources import MAIN, opened
 from curionav_cli.config.suggestions import first_line
 from curionav_cli.errors import ConfigError, SceneError, UserError
 from curionav_cli.files import folder_for
@@ -32,10 +32,10 @@ COMPOSED = 16  # jobs; of a larger sweep each value is still composed once
 
 @dataclass(frozen=True)
 class Plan:
-    """What will run. overrides: for Hydra, with the folder pinned. jobs: the overrides of each job.
+    """What is to be run. overrides: for Hydra, with the output folder fixed. jobs: the overrides of each job.
 
-    beside: whether the jobs run in other processes than this one; queued: in those of Slurm.
-    engine: a sweeper that draws its own values; `jobs` are then such as it could draw.
+    beside: whether the jobs run in other processes; queued: as jobs of Slurm.
+    engine: a sweeper that draws its own values; `jobs` are then examples of what it can draw.
     """
 
     overrides: list[str]
@@ -51,7 +51,7 @@ Check = Callable[[Config], None]
 
 
 def plan(hydra: Hydra, words: list[str], multirun: bool, check: Check | None = None) -> Plan:
-    """Raises ConfigError, or what `check` raises, with what to type instead."""
+    """Plan the run or sweep that `words` ask for. Raises ConfigError, or what `check` raises, with the cure."""
     words = [as_typed(hydra, word) for word in words]
     mistakes = OverrideErrors(hydra, words)
     overrides = mistakes.parse(multirun)
@@ -62,13 +62,13 @@ def plan(hydra: Hydra, words: list[str], multirun: bool, check: Check | None = N
     multirun = multirun or master.hydra.mode == RunMode.MULTIRUN
     if not multirun and check is not None:  # without a check nothing runs
         mistakes.refuse_sweeps(overrides)
-    swept = [*declared(hydra, master), *overrides] if multirun else []
+    swept = [*sweeper_params(hydra, master), *overrides] if multirun else []
     drawn = engine(master, swept) if multirun else None
     jobs = expand(master, swept, drawn) if multirun else [words]
     for job in sample(jobs):
         settings, chosen = compose(hydra, mistakes, job)
         if check is not None:
-            with blaming(hydra, mistakes, job, check, f"env/{settings.env.name}.yaml", f"env/{chosen}"):
+            with naming_the_cause(hydra, mistakes, job, check, f"env/{settings.env.name}.yaml", f"env/{chosen}"):
                 check(settings)
     folder = output_folder(master, multirun)
     if not folder.strip():
@@ -91,20 +91,26 @@ def compose(hydra: Hydra, mistakes: OverrideErrors, job: list[str]) -> tuple[Con
     return as_settings(config), chosen
 
 
+def composed(command: str, *words: str) -> Config:
+    """The settings that `words` give to a command, as in composed("explore", "env=large_lab"). Raises ConfigError."""
+    with opened(command) as hydra:
+        return compose(hydra, OverrideErrors(hydra, words), list(words))[0]
+
+
 @contextmanager
-def blaming(hydra: Hydra, mistakes: OverrideErrors, job: list[str], check: Check, scene: str,
+def naming_the_cause(hydra: Hydra, mistakes: OverrideErrors, job: list[str], check: Check, scene: str,
             file: str) -> Iterator[None]:
-    """A scene's error names the setting without which it would stand, else the file that a person can open."""
+    """Let a SceneError name the setting that causes it, or else the scene's file."""
     try:
         yield
     except SceneError as error:
         own = [word.input_line for word in mistakes.values_of(job) if word.key_or_group.startswith("env.")]
-        guilty = next((word for word in own if stands(hydra, mistakes, [one for one in job if one != word], check)), "")
-        raise SceneError(str(error).replace(f"{scene}:", f"{guilty or mistakes.file(file)}:", 1)) from error
+        cause = next((word for word in own if is_valid(hydra, mistakes, [it for it in job if it != word], check)), "")
+        raise SceneError(str(error).replace(f"{scene}:", f"{cause or mistakes.file(file)}:", 1)) from error
 
 
-def stands(hydra: Hydra, mistakes: OverrideErrors, job: list[str], check: Check) -> bool:
-    """Whether nothing is wrong with the job."""
+def is_valid(hydra: Hydra, mistakes: OverrideErrors, job: list[str], check: Check) -> bool:
+    """Whether the job composes and passes the check."""
     try:
         check(compose(hydra, mistakes, job)[0])
     except UserError:
@@ -112,21 +118,21 @@ def stands(hydra: Hydra, mistakes: OverrideErrors, job: list[str], check: Check)
     return True
 
 
-def declared(hydra: Hydra, master: DictConfig) -> list[Override]:
-    """hydra.sweeper.params, as if they had been typed. Raises ConfigError for one that cannot be read."""
+def sweeper_params(hydra: Hydra, master: DictConfig) -> list[Override]:
+    """hydra.sweeper.params as overrides. Raises ConfigError for one that cannot be read."""
     parser = OverridesParser.create(config_loader=hydra.config_loader)
     params = [f"{key}={value}" for key, value in (master.hydra.sweeper.get("params") or {}).items()]
     try:
         return parser.parse_overrides(params)
     except HydraException as error:
         if not master.hydra.sweeper._target_.endswith(("BasicSweeper", "OptunaSweeper")):
-            return []  # in words of its own
+            return []  # it has a grammar of its own
         raise ConfigError("hydra.sweeper.params: each is a list of values, as in seed: 0,1,2 or seed: range(5). "
                           + first_line(str(error))) from error
 
 
 def expand(master: DictConfig, swept: list[Override], drawn: Engine | None) -> list[list[str]]:
-    """The jobs of a sweep, as Hydra's basic sweeper makes them; of one that draws, the ends of what it can draw."""
+    """The jobs of a sweep as Hydra's basic sweeper makes them; of a sweeper that draws, both ends of each range."""
     axes = {override.get_key_element(): override for override in swept}
     for override in axes.values():
         if drawn:
@@ -134,20 +140,20 @@ def expand(master: DictConfig, swept: list[Override], drawn: Engine | None) -> l
         elif override.is_sweep_override() and not override.is_discrete_sweep():
             raise ConfigError(f"{override.input_line} needs a sweeper that draws values: hydra/sweeper=optuna. "
                               "Without one: key=1,2,3")
-    values = [ends(override, drawn) if drawn else each(override) for override in axes.values()]
+    values = [ends(override, drawn) if drawn else words_of(override) for override in axes.values()]
     kept = [axis for axis in values if axis]
     return corners(kept) if drawn else [list(job) for job in product(*kept)]
 
 
-def each(override: Override) -> list[str]:
-    """Each 'key=value' of an override."""
+def words_of(override: Override) -> list[str]:
+    """The 'key=value' words of an override, one for each of its values."""
     if not override.is_sweep_override():
         return [str(override.input_line)]
     return [f"{override.get_key_element()}={value}" for value in override.sweep_string_iterator()]
 
 
 def sample(jobs: list[list[str]]) -> Iterator[list[str]]:
-    """The first jobs, then those that bring a value which none before had."""
+    """The first COMPOSED jobs, then those with a value that no job before them has."""
     yield from islice(jobs, COMPOSED)
     seen = {word for job in jobs[:COMPOSED] for word in job}
     for job in jobs[COMPOSED:]:
@@ -157,11 +163,11 @@ def sample(jobs: list[list[str]]) -> Iterator[list[str]]:
 
 
 def output_folder(config: DictConfig, multirun: bool) -> str:
-    """Resolved now: the time in it would be another one when Hydra composes again."""
+    """The output folder, resolved once: the time in its name changes whenever Hydra composes."""
     HydraConfig.instance().set_config(config)
     return str(OmegaConf.select(config, "hydra.sweep.dir" if multirun else "hydra.run.dir"))
 
 
 def pin(folder: Path, multirun: bool) -> str:
-    """Absolute, since the workers of a launcher may stand elsewhere."""
+    """The override that fixes the output folder; absolute, as a launcher's workers may run in another directory."""
     return f"hydra.{'sweep' if multirun else 'run'}.dir={quoted(str(folder.absolute()))}"

@@ -1,4 +1,4 @@
-"""Hydra runs the jobs of a plan, in this process or through a launcher, or shows what it composed."""
+"""Run the jobs of a plan by Hydra, in this process or through a launcher, or show what was composed."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from curionav_cli.errors import ConfigError
 
 
 def run(hydra: Hydra, plan: Plan, work: Work) -> list[Outcome]:
-    """How each job ended; of a sweeper that draws its own values, what its folders say stands for it."""
+    """Run the plan and return an outcome for each job; none where a sweeper draws its own values."""
     if not plan.multirun:
         return [hydra.run(MAIN, Job(work), plan.overrides).return_value]
     if plan.engine:
@@ -28,7 +28,7 @@ def run(hydra: Hydra, plan: Plan, work: Work) -> list[Outcome]:
 
 
 def show_config(hydra: Hydra, plan: Plan, kind: str, package: str | None, resolve: bool) -> None:
-    """The composed YAML of each job; kind: job, hydra or all; package: only the part at this key."""
+    """Print the composed YAML of each job. kind: job, hydra or all; package: only the part at this key."""
     for job in plan.jobs:
         config = hydra.compose_config(MAIN, job, RunMode.RUN)
         if package and OmegaConf.select(config, package) is None:
@@ -39,5 +39,5 @@ def show_config(hydra: Hydra, plan: Plan, kind: str, package: str | None, resolv
 
 
 def show_info(hydra: Hydra, plan: Plan, kind: str) -> None:
-    """How the configuration came about: Hydra's plugins, search path, defaults list."""
+    """Print where the configuration comes from: Hydra's plugins, search path, defaults list."""
     hydra.show_info(kind, MAIN, plan.jobs[0])

@@ -1,7 +1,7 @@
 """A task as Hydra's launchers call it, in this process or another: settings in, an outcome out.
 
-It does not raise, so that one failed job does not end a sweep; its traceback is in the job's own log. A sweeper that
-draws its own values is told a number instead, and a failure by an exception, as its kind expects.
+It does not raise, so that one failed job does not end a sweep; the traceback is in the job's own log. A sweeper that
+draws its own values gets a number instead, or an exception where the run failed.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ Work = Callable[[Config, Path], dict[str, Any]]
 
 @dataclass(frozen=True)
 class Outcome:
-    """How one job ended. code: the exit code it deserves (0, 1 or 2); error: one line, empty if done."""
+    """How one job ended. code: its exit code (0, 1 or 2); error: one line, empty if done."""
 
     folder: Path
     code: int = 0
@@ -34,21 +34,22 @@ class Outcome:
 
 
 def reason(error: Exception) -> str:
-    """One line; of an error that nobody foresaw its kind too."""
+    """One line for an error; an unexpected one with its type."""
     return str(error) if isinstance(error, UserError | RunFailed) else f"{type(error).__name__}: {error}"
 
 
 @dataclass(frozen=True)
 class Job:
-    """`work` is a function at the top of a module (or a partial of one), since launchers pickle it."""
+    """A task for Hydra. work: a function at the top of a module, or a partial of one, as launchers pickle it."""
 
     work: Work
 
     def __call__(self, config: DictConfig) -> Any:
-        """The outcome."""
+        """Run the job and return its Outcome."""
         return self.outcome(config)
 
     def outcome(self, config: DictConfig) -> Outcome:
+        """Run the job; an error becomes its Outcome."""
         runtime = HydraConfig.get().runtime
         folder = Path(runtime.output_dir)
         log = logging.getLogger("curionav")
@@ -64,12 +65,12 @@ class Job:
 
 @dataclass(frozen=True)
 class Trial(Job):
-    """A job of a sweeper that draws its own values. sign: -1 for one that minimises, and is to maximise."""
+    """A job of a sweeper that draws its own values. sign: -1 where the sweeper only minimises."""
 
     sign: int = 1
 
     def __call__(self, config: DictConfig) -> float:
-        """The run's objective; 0 of a command that has none. Raises RunFailed where the run failed."""
+        """Run the job and return its objective, 0 where it has none. Raises RunFailed where the run failed."""
         outcome = self.outcome(config)
         if outcome.code:
             raise RunFailed(f"{outcome.folder.name}: {outcome.error}")

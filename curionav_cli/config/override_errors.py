@@ -1,7 +1,6 @@
-"""Typing errors, answered in two to four lines: what is wrong, and what to type instead.
+"""Answers to wrong overrides, in one to four lines: what is wrong, and what to type instead; each a ConfigError.
 
-Hydra's own answers are long, and its advice for an unknown key ("use +key=1") is accepted and then
-read by nobody. Each answer here is raised as a ConfigError.
+Hydra's own answers are long, and its advice for an unknown key ("use +key=1") adds a key that nothing reads.
 """
 
 from __future__ import annotations
@@ -40,7 +39,7 @@ UNREADABLE = (HydraException, OmegaConfBaseException, yaml.YAMLError, ValueError
 
 
 class OverrideErrors:
-    """Knows the words of one command line and what could have been meant by them."""
+    """Checks of the overrides of one command line. words: the overrides as typed."""
 
     def __init__(self, hydra: Hydra, words: Sequence[str]):
         self.hydra = hydra
@@ -52,7 +51,7 @@ class OverrideErrors:
         return catalogue.groups(self.hydra)
 
     def parse(self, multirun: bool) -> list[Override]:
-        """The overrides, each one checked as far as it can be without composing."""
+        """Parse the overrides, and check each one as far as it can be without composing. Raises ConfigError."""
         for index, word in enumerate(self.words):
             if word.startswith("-"):
                 self.dashes(word, self.words[index + 1 : index + 2])
@@ -68,13 +67,13 @@ class OverrideErrors:
         return overrides
 
     def check(self, override: Override, multirun: bool) -> None:
-        """One value or a sweep; a group's option exists."""
+        """Refuse a sweep without -m, a removed key, an option that its group does not have. Raises ConfigError."""
         key, swept = override.key_or_group, override.is_sweep_override()
         options = catalogue.options_of(self.hydra, key)
         if not key:
             raise ConfigError(f"{override.input_line} names no setting. Settings are written as key=value.")
         if override.is_delete():
-            raise ConfigError(f"{override.input_line}: a setting is given another value, never removed.")
+            raise ConfigError(f"{override.input_line}: a setting can be changed, not removed. Give it another value.")
         if swept and not multirun:
             line = as_text(str(override.input_line))
             text = f"\n(If it is one text: {line}; if {key} is itself a list: {key}=[...].)"
@@ -91,6 +90,7 @@ class OverrideErrors:
                 self.option(key, choice, options)
 
     def option(self, group: str, choice: object, options: list[str]) -> None:
+        """Refuse a choice that is none of the group's options. Raises ConfigError."""
         if str(choice) in options or (choice in (None, "null") and group not in REQUIRED):
             return
         if extra := EXTRAS.get(group, {}).get(str(choice)):
@@ -102,13 +102,14 @@ class OverrideErrors:
         raise ConfigError(f"There is no {choice} in the group {group}.{guess}" + has(group, options))
 
     def refuse_sweeps(self, overrides: list[Override]) -> None:
-        """A launcher or a sweeper, which a run without -m would not read: it would run here, and once."""
+        """Refuse a launcher or a sweeper without -m, which nothing would read. Raises ConfigError."""
         for override in overrides:
             if FOR_SWEEPS.match(override.key_or_group) and override.value() is not None:
                 line = f"{self.command} -m {shlex.join(self.words)}"
                 raise ConfigError(f"{override.input_line} is for sweeps. Add -m: {line}")
 
     def dashes(self, word: str, following: list[str]) -> NoReturn:
+        """Raise ConfigError for an unknown option, with the setting that is nearest."""
         name, _, value = word.lstrip("-").partition("=")
         value = value or next((text for text in following if not text.startswith("-")), "...")
         known = self.known_keys([])
@@ -119,6 +120,7 @@ class OverrideErrors:
         )
 
     def unreadable(self, word: str, error: OverrideParseException) -> NoReturn:
+        """Raise ConfigError for a word that is no key=value."""
         if re.fullmatch(r"[\w./]+", word):
             options = self.groups.get(word)
             known = self.known_keys([])
@@ -131,12 +133,12 @@ class OverrideErrors:
                               f"{self.command} --help lists them all.")
         raise ConfigError(
             f"{word} cannot be read as key=value: {first_line(str(error.message))}\n"
-            f"Text with commas, brackets and the like is quoted twice, for the shell and for us: {as_text(word)}"
+            f"Text with commas, brackets and the like is quoted twice, for the shell and for Hydra: {as_text(word)}"
         ) from error
 
     @contextmanager
     def explained(self, job: list[str]) -> Iterator[None]:
-        """What Hydra, OmegaConf and the YAML parser raise while composing `job`, as a ConfigError."""
+        """Turn what Hydra, OmegaConf and the YAML parser raise while composing `job` into a ConfigError."""
         try:
             yield
         except MissingConfigException as error:
@@ -151,7 +153,7 @@ class OverrideErrors:
             self.composition(job, error)
 
     def composition(self, job: list[str], error: Exception) -> NoReturn:
-        """Every key must be one of the settings; if all are, it is a value that was wrong."""
+        """Raise ConfigError for an unknown key; where all are known, for a wrong value."""
         base = self.base(job)
         for override in self.values_of(job):
             key = override.key_or_group
@@ -164,7 +166,7 @@ class OverrideErrors:
         self.value(job, base, error)
 
     def value(self, job: list[str], base: DictConfig, error: Exception) -> NoReturn:
-        """A known key with a value that its type does not allow, typed or in a file."""
+        """Raise ConfigError for a known key with a value that its type does not allow, typed or in a file."""
         inner = located(error)
         file = re.match(r"In '([^']+)'", str(error))
         where = f"{self.file(file[1])}: " if file else ""
@@ -183,7 +185,7 @@ class OverrideErrors:
         raise ConfigError(where + "\n".join(str(inner or error).splitlines()[:2])) from error
 
     def refuse_unread(self, config: DictConfig) -> None:
-        """+key=1 adds a key that no dataclass has, so nothing would read it."""
+        """Refuse +key=1 for a key that no schema has. Raises ConfigError."""
         for override in self.values_of(self.words):
             if not (override.is_add() or override.is_force_add()):
                 continue
@@ -195,7 +197,7 @@ class OverrideErrors:
                 raise ConfigError(f"{override.input_line} would add a key that nothing reads.{guess}")
 
     def base(self, job: list[str]) -> DictConfig:
-        """What the groups alone compose to: the keys that could have been meant."""
+        """What the groups alone compose to: its keys are the ones to suggest."""
         values = {override.input_line for override in [*self.values_of(job), *self.swept(job)]}
         for words in ([word for word in job if word not in values], []):
             try:
@@ -208,12 +210,12 @@ class OverrideErrors:
         return [key for key, _ in catalogue.flat(self.base(job))]
 
     def values_of(self, job: list[str]) -> list[Override]:
-        """The overrides of keys, without those that choose a group's option."""
+        """The overrides that set a key, not an option of a group."""
         parsed = OverridesParser.create(config_loader=self.hydra.config_loader).parse_overrides(job)
         return [override for override in parsed if not catalogue.options_of(self.hydra, override.key_or_group)]
 
     def swept(self, job: list[str]) -> list[Override]:
-        """The overrides with several values, those that choose a group's options too."""
+        """The overrides with several values, of keys and of groups."""
         parsed = OverridesParser.create(config_loader=self.hydra.config_loader).parse_overrides(job)
         return [override for override in parsed if override.is_sweep_override()]
 

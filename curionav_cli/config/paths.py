@@ -1,4 +1,4 @@
-"""Paths as a person types them: with ~, and with characters that Hydra's grammar keeps for itself."""
+"""Paths as a user types them: with ~, and with characters that Hydra's grammar reserves."""
 
 from __future__ import annotations
 
@@ -19,13 +19,13 @@ SETTINGS = ("env.map", "env.overlay", "data", "storage", "hydra.run.dir", "hydra
 
 
 def as_typed(hydra: Hydra, word: str) -> str:
-    """The word for Hydra, quoted where that would misread it: a path, or an option of a group as env=büro."""
+    """The word for Hydra, quoted where Hydra would misread it: a path, or an option of a group such as env=büro."""
     key, _, text = word.partition("=")
     return f"{key}={quoted(text)}" if misread(hydra, word, key.lstrip("+"), text) else word
 
 
 def misread(hydra: Hydra, word: str, key: str, text: str) -> bool:
-    """Whether it is no list, number or formula, however it reads."""
+    """Whether Hydra would take a path or a name for a list, a number or a formula."""
     try:
         override = OverridesParser.create(config_loader=hydra.config_loader).parse_overrides([word])[0]
     except HydraException:
@@ -38,20 +38,20 @@ def misread(hydra: Hydra, word: str, key: str, text: str) -> bool:
 
 
 def quoted(text: str) -> str:
-    """As a string of Hydra's grammar, in which a backslash counts only before a quote."""
+    """`text` as a quoted string of Hydra's grammar, in which a backslash escapes only a quote."""
     escaped = re.sub(r"(\\*)('|$)", lambda found: found[1] * 2 + found[2].replace("'", "\\'"), text)
     return f"'{escaped}'"
 
 
 def as_text(word: str) -> str:
-    """What to type at a prompt to have the value taken as it stands: in double quotes where they do."""
+    """What to type at a prompt so that the value is taken as text; in double quotes where they suffice."""
     key, _, text = word.partition("=")
     whole = f"{key or 'key'}={quoted(text)}"
     return shlex.quote(whole) if re.search(r'["$`\\!]', whole) else f'"{whole}"'
 
 
 def rooted(settings: Config, start: Path) -> Config:
-    """Its files by absolute paths, relative ones from the folder `start`: a run is resumed from any folder."""
+    """The settings with absolute paths, relative ones taken from the folder `start`, so that any folder can resume."""
     def absolute(path: str | None) -> str | None:
         return str((start / place(path)).resolve()) if path else None
     env = replace(settings.env, map=absolute(settings.env.map), overlay=absolute(settings.env.overlay))

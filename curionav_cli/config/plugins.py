@@ -1,4 +1,4 @@
-"""Hydra's plugins, but for those that cannot be imported: one line names each, and Hydra passes it over."""
+"""Leave out the Hydra plugins that cannot be imported, with one warning for each."""
 
 from __future__ import annotations
 
@@ -19,16 +19,16 @@ NAMESPACE = "hydra_plugins"
 
 @cache
 def broken() -> dict[str, str]:
-    """Package -> why it cannot be imported; {} in most environments. Hydra looks for its plugins here, once a process.
+    """Package -> why it cannot be imported. Hydra loads its plugins here, once a process.
 
-    Without this one of them, also one that nobody asked for, ends every command by its traceback.
+    Without this, any broken plugin that is installed ends every command with a traceback.
     """
     try:
         with warnings.catch_warnings():
-            warnings.filterwarnings("error", r"\s*Error importing '")  # what Hydra passes over itself
+            warnings.filterwarnings("error", r"\s*Error importing '")  # Hydra itself only warns of these
             Plugins.instance()
         return {}
-    except Exception:  # of any kind, since a plugin's module can do anything
+    except Exception:  # of any type, as a plugin's module can do anything
         found: dict[str, str] = {}
         for module, why in blocked():
             found.setdefault(distribution(module.split(".")[1]), why)
@@ -40,7 +40,7 @@ def broken() -> dict[str, str]:
 
 
 def blocked() -> Iterator[tuple[str, str]]:
-    """The modules of plugins that cannot be imported; nobody can from now on, and Hydra does not try."""
+    """The plugin modules that cannot be imported, and why; each is blocked, so that Hydra does not try it."""
     namespace = importlib.import_module(NAMESPACE)
     for found in pkgutil.walk_packages(namespace.__path__, f"{NAMESPACE}.", onerror=lambda name: None):
         if found.name.rpartition(".")[2].startswith("_"):  # Hydra does not look into these
@@ -53,8 +53,8 @@ def blocked() -> Iterator[tuple[str, str]]:
 
 
 def distribution(package: str) -> str:
-    """'hydra-ax-sweeper 1.2.0'; where none has its files, the package's own name."""
-    for one in distributions():
-        if any(str(file).startswith(f"{NAMESPACE}/{package}") for file in one.files or ()):
-            return f"{one.name} {one.version}"
+    """The distribution of a plugin, such as 'hydra-ax-sweeper 1.2.0'; else the package's name."""
+    for installed in distributions():
+        if any(str(file).startswith(f"{NAMESPACE}/{package}") for file in installed.files or ()):
+            return f"{installed.name} {installed.version}"
     return f"{NAMESPACE}.{package}"

@@ -1,6 +1,6 @@
-"""What a config of a stranger may not do: name something that is called, or write elsewhere.
+"""Refuse what a config from elsewhere may not do: run code, set the environment, or write outside the run folder.
 
-Hydra itself calls what stands under hydra.callbacks and under `()` in its logging, and sets environment variables.
+Hydra itself calls what is named under hydra.callbacks and under `()` in its logging, and sets environment variables.
 """
 
 from __future__ import annotations
@@ -29,15 +29,15 @@ IN_THE_RUN = "${hydra.runtime.output_dir}/"
 
 
 def refuse_callables(config: DictConfig) -> None:
-    """Raises ConfigError for a composed configuration with something in it that Hydra would call, or open."""
+    """Refuse a composed configuration that names something for Hydra to call or to open. Raises ConfigError."""
     hydra: Any = OmegaConf.to_container(config.hydra, resolve=False)
     for key, form in NAMES.items():
         name = str(reduce(dict.__getitem__, key.split("."), hydra) or "x")
         parts = name.split("/")
-        if "override_dirname" in name:  # the values of a sweep are a part of it
+        if "override_dirname" in name:  # which holds the values of the sweep
             parts += re.split("[/=]", str(hydra["sweeper"].get("params")))
         if not re.fullmatch(form, name) or ".." in parts or not parts[0]:
-            raise ConfigError(f"hydra.{key}: {name} would be written outside the run's folder.")
+            raise ConfigError(f"hydra.{key}: {name} would be written outside the run's folder. Leave it out.")
     for key in ("callbacks", "job.env_set"):
         if OmegaConf.select(config.hydra, key):
             raise ConfigError(f"hydra.{key}: a config may not run code or set the environment. Use the shell for it.")
@@ -49,7 +49,7 @@ def refuse_callables(config: DictConfig) -> None:
         called = {"_target_": not re.fullmatch(TARGETS.get(key, ""), text), "()": logs,
                   "class": logs and not text.startswith(LOGGING)}
         if called.get(leaf) or (text.startswith("ext://") and not text.startswith("ext://sys.std")):
-            raise ConfigError(f"{key}: {value} would be called; a config may not name what is called.")
+            raise ConfigError(f"{key}: {value} would be called; a config may not name what is called. Leave it out.")
         if key.startswith("hydra.sweeper.storage") and not re.fullmatch(STORED, text):
             raise ConfigError(f"{key}: a search is kept in the sweep's folder, sqlite:///${{hydra.sweep.dir}}/..., "
                               f"not at {value}.")
@@ -58,7 +58,7 @@ def refuse_callables(config: DictConfig) -> None:
 
 
 def leaves(tree: Any, key: str) -> Iterator[tuple[str, Any]]:
-    """('hydra.launcher._target_', '...'), ...: all values, those in lists too."""
+    """Yield all keys and values of a tree, those in lists too: ('hydra.launcher._target_', '...'), ..."""
     inner = tree.items() if isinstance(tree, dict) else enumerate(tree) if isinstance(tree, list) else ()
     for name, value in inner:
         yield from leaves(value, f"{key}.{name}")

@@ -1,4 +1,4 @@
-"""Every setting's type and range, as plain dataclasses; the values stand in conf/, once.
+"""Config: every setting's type and range, as plain dataclasses; the values stand in conf/, once.
 
 A field without a default has its value in a YAML file. __post_init__ raises ValueError with
 'key: what is wrong' for a value that its type allows and its meaning does not.
@@ -16,7 +16,7 @@ from curionav_cli.world.settings import Env
 
 
 class Device(Enum):
-    """Where tensors live; auto takes a CUDA device if there is one."""
+    """Where tensors are; auto takes a CUDA device if there is one."""
 
     auto = "auto"
     cpu = "cpu"
@@ -34,7 +34,7 @@ class Compile(Enum):
 
 
 class Learner(Enum):
-    """local: in this process; remote: episodes go to `storage`, where curionav train learns, and weights come back."""
+    """Where learning happens. local: in this process; remote: in curionav train, by way of `storage`."""
 
     local = "local"
     remote = "remote"
@@ -48,7 +48,7 @@ class Logger(Enum):
 
 
 class Scale(Enum):
-    """cpu: minutes on two cores; paper: the paper's hyperparameter table."""
+    """The size of an experiment. cpu: minutes on two cores; paper: the paper's hyperparameter table."""
 
     cpu = "cpu"
     paper = "paper"
@@ -56,9 +56,9 @@ class Scale(Enum):
 
 @dataclass(frozen=True)
 class Loop:
-    """One life: `episodes` times N `steps` of acting, then K `iterations` of learning.
+    """One run: `episodes` times N `steps` of acting, then K `iterations` of learning (paper, "Lifelong learning").
 
-    `train` does not act: `iterations` are all that it does.
+    Offline training does not act: `iterations` are its total.
     """
 
     steps: int
@@ -72,7 +72,7 @@ class Loop:
 
 @dataclass(frozen=True)
 class Dock:
-    """What `curionav dock` does: so many homecomings, each after an episode of loop.steps."""
+    """The docking trial: `requests` returns to the dock, each after an episode of loop.steps."""
 
     requests: int = 600
 
@@ -82,13 +82,13 @@ class Dock:
 
 @dataclass(frozen=True)
 class Config:
-    """All settings of one run. `agent` and `robot` are the dataclasses of the chosen ones."""
+    """All settings of one run. agent, robot: the dataclasses of the chosen options."""
 
     seed: int
     device: Device
     compile: Compile
     scale: Scale
-    data: str | None  # the folder whose episodes `train` learns from
+    data: str | None  # the folder of the episodes for offline training
     learner: Learner
     storage: str | None  # a URL: where robot and server meet
     remote: Remote
@@ -97,8 +97,8 @@ class Config:
     agent: Any
     robot: Any
     dock: Dock = field(default_factory=Dock)
-    question: str | None = None  # what a sweep is to answer, in a sentence: the page that compare writes begins with it
-    logger: Logger = Logger.local  # a run of an earlier version says nothing of it
+    question: str | None = None  # of a sweep, in a sentence; it opens the page that compare writes
+    logger: Logger = Logger.local  # runs of earlier versions do not record it
 
     def __post_init__(self) -> None:
         within("seed", self.seed, least=0, most=2**32 - 1)

@@ -1,4 +1,4 @@
-"""A composed configuration as the frozen dataclasses of schema.py, and as YAML in a run folder."""
+"""Turn a composed configuration into the frozen dataclasses of schema.py, and into YAML in a run folder and back."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from curionav_cli.safe_yaml import refuse_bomb
 
 
 def as_settings(config: DictConfig, start: Path | None = None) -> Config:
-    """The dataclass that tasks see, its relative paths from the folder `start`, or from where the process stands.
+    """The frozen Config of a composed configuration; relative paths are taken from `start`, or the working directory.
 
     Raises ConfigError for a missing value or one out of range.
     """
@@ -42,20 +42,20 @@ def as_settings(config: DictConfig, start: Path | None = None) -> Config:
 
 
 def missing_key(config: DictConfig, error: MissingMandatoryValue) -> str:
-    """Where the first '???' stands; a group that was set to null is missing as a whole."""
+    """The key of the first missing value; a group that was set to null is missing as a whole."""
     missing = sorted(OmegaConf.missing_keys(config))
     return missing[0] if missing else str(error.full_key)
 
 
 def settings_yaml(settings: Config) -> str:
-    """What read_settings reads: config.yaml of a run folder."""
+    """The YAML of a run folder's config.yaml, which read_settings reads."""
     return OmegaConf.to_yaml(OmegaConf.structured(settings))
 
 
 def read_settings(path: Path, changes: Sequence[str] = ()) -> Config:
-    """The settings that a run was started with, but for `changes`: ["loop.episodes=20"].
+    """Read the settings that a run began with, and apply `changes`, such as ["loop.episodes=20"].
 
-    Raises RunFolderError where they cannot be read, ConfigError for a value that cannot be.
+    Raises RunFolderError where they cannot be read, ConfigError for a wrong value among the changes.
     """
     try:
         text = path.read_text()
@@ -68,7 +68,7 @@ def read_settings(path: Path, changes: Sequence[str] = ()) -> Config:
         node.merge_with({"agent": OLDER.get(recorded.agent.name, {})}, recorded)
         settings = as_settings(node)
     except OSError as error:
-        raise RunFolderError(f"{path} cannot be read ({error.strerror}): not the folder of a run.") from error
+        raise RunFolderError(f"{path} cannot be read ({error.strerror}). Name the folder of a run.") from error
     except (OmegaConfBaseException, ConfigError, LookupError, AttributeError, ArithmeticError, RecursionError,
             TypeError, ValueError, yaml.YAMLError) as error:
         line = next(iter(str(error).splitlines()), type(error).__name__)
@@ -76,17 +76,17 @@ def read_settings(path: Path, changes: Sequence[str] = ()) -> Config:
     return changed(node, changes) if changes else settings
 
 
-OLDER = {"lbs_dreamer": {"action_repeat": 1}}  # what was so before it could be set
+OLDER = {"lbs_dreamer": {"action_repeat": 1}}  # what held before these could be set
 
 
 def newer() -> dict[str, Any]:
-    """Today's values of what the settings of an older run may not know yet."""
+    """Today's values of settings that an older run may not have."""
     now = yaml.safe_load((conf_dir() / f"{MAIN}.yaml").read_text())
     return {key: now[key] for key in ("learner", "storage", "remote")}
 
 
 def changed(config: DictConfig, changes: Sequence[str]) -> Config:
-    """The settings of `config` with other values. Raises ConfigError for a value that cannot be."""
+    """The settings of `config` with `changes`. Raises ConfigError for a wrong value."""
     for change in changes:
         key, _, value = change.partition("=")
         try:

@@ -34,6 +34,7 @@ from curionav_cli.safe_yaml import refuse_bomb
 from curionav_cli.world import settings as world_settings
 
 MAIN = "config"  # conf/config.yaml
+COMMAND_DEFAULTS = {"dock": ("agent=bounce", "robot=turtlebot2i")}  # that differ from those of conf/
 
 ROBOTS = {
     "ideal": robot_settings.Robot,
@@ -44,9 +45,9 @@ ROBOTS = {
 
 @contextmanager
 def opened(command: str, *config_dirs: Path | None) -> Iterator[Hydra]:
-    """Hydra on our search path; `command` names the job and its log.
+    """Open Hydra on our search path; `command` names the job and its log.
 
-    Puts back the handlers of the root logger, which Hydra replaces by a file in the run folder.
+    Restores the handlers of the root logger, which Hydra replaces by a file in the run folder.
     Raises ConfigError where a directory of the user does not exist.
     """
     register(user_directories(config_dirs))
@@ -65,14 +66,14 @@ def opened(command: str, *config_dirs: Path | None) -> Iterator[Hydra]:
 
 
 def user_directories(config_dirs: Iterable[Path | None]) -> list[Path]:
-    """The user's own config directories, the first one ranks highest."""
+    """The user's own config directories, the first one ranks highest. Raises ConfigError for one that is not there."""
     named = [("--config-dir", place(path)) for path in config_dirs if path]
     for part in os.environ.get("CURIONAV_CONFIG_PATH", "").split(os.pathsep):
         if part:
             named.append(("CURIONAV_CONFIG_PATH", place(part)))
     for origin, path in named:
         if not path.is_dir():
-            raise ConfigError(f"{origin}: there is no directory {path}.")
+            raise ConfigError(f"{origin}: there is no directory {path}. Name one that exists.")
     for file in (file for _, path in named for file in path.rglob("*.yaml")):
         try:
             refuse_bomb(file.read_text(encoding="utf-8"))
@@ -84,7 +85,7 @@ def user_directories(config_dirs: Iterable[Path | None]) -> list[Path]:
 
 
 class UserDirectories(SearchPathPlugin):
-    """Puts the user's directories before conf/; the search path travels with the jobs of a launcher."""
+    """Put the user's directories before conf/; a launcher's workers get the same search path."""
 
     paths: tuple[Path, ...] = ()
 
@@ -94,7 +95,7 @@ class UserDirectories(SearchPathPlugin):
 
 
 def register(directories: list[Path]) -> None:
-    """Tell Hydra about the schema and the user's directories; once more changes nothing."""
+    """Register the schema and the user's directories with Hydra; may be repeated."""
     UserDirectories.paths = tuple(directories)
     plugins.broken()
     search.defaults()
@@ -109,7 +110,7 @@ def register(directories: list[Path]) -> None:
 
 
 def writable(node: type) -> DictConfig:
-    """A frozen dataclass as a node that YAML and the command line may fill."""
+    """A frozen dataclass as a config node that YAML and the command line may change."""
     config = OmegaConf.structured(node)
     OmegaConf.set_readonly(config, None)
     hints = get_type_hints(node)

@@ -1,4 +1,4 @@
-"""The words of an answer to a typing error: near names, what a group has, what a type needs."""
+"""Parts of an answer to a wrong override: near names, a group's options, what a type takes."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ NAMES = {
 
 
 def closest(word: str, known: Iterable[str]) -> list[str]:
-    """Full keys near `word`, else those that end in it, hold it as a word (lr: model_lr), end nearly so."""
+    """Full keys near `word`; else those whose last part is it, has it as a word (lr: model_lr), or is near it."""
     leaves: dict[str, list[str]] = {}
     for key in known:
         leaves.setdefault(key.rpartition(".")[2], []).append(key)
@@ -50,7 +50,7 @@ def type_of(config: DictConfig, key: str) -> Any:
 
 
 def choices(config: DictConfig, key: str) -> list[str]:
-    """The values of a key that has only a few."""
+    """The values of a key that is true or false or an enumeration; [] for any other."""
     kind = type_of(config, key)
     if kind is bool:
         return ["false", "true"]
@@ -58,7 +58,7 @@ def choices(config: DictConfig, key: str) -> list[str]:
 
 
 def in_words(kind: Any) -> str | None:
-    """What a type takes; None where it says too little."""
+    """What a type takes, in words; None for a type without any."""
     if get_origin(kind) in (Union, UnionType):
         return in_words(next(each for each in get_args(kind) if each is not NoneType))
     if get_origin(kind) is list:
@@ -70,7 +70,7 @@ def in_words(kind: Any) -> str | None:
 
 
 def owner_of(config: DictConfig, parent: str) -> type | None:
-    """The dataclass that says which keys stand under `parent` ("" for the top); None if none does."""
+    """The dataclass whose fields are the keys under `parent` ("" for the top); None if there is none."""
     node = OmegaConf.select(config, parent) if parent else config
     return OmegaConf.get_type(node) if isinstance(node, DictConfig) else None
 
@@ -82,7 +82,7 @@ def exists(config: DictConfig, key: str) -> bool:
 
 
 def located(error: BaseException | None) -> OmegaConfBaseException | None:
-    """The error of OmegaConf that Hydra wrapped: the outermost one, which knows the full key."""
+    """The error of OmegaConf that Hydra wrapped: the outermost one, which has the full key."""
     while error is not None and not isinstance(error, OmegaConfBaseException):
         error = error.__cause__ or error.__context__
     return error

@@ -1,4 +1,4 @@
-"""Whole numbers as people write them: 1e3 and 500.0 are two, of the command line, of a file or of a sweep."""
+"""Whole numbers in any spelling, such as 1e3 and 500.0, on the command line, in a file or in a sweep."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ EXACT = 2**53  # beyond it a float is no longer one whole number
 
 
 class WholeNumber(IntegerNode):
-    """OmegaConf's node of an int, which alone knows no such spelling. Raises ValidationError for 1.5."""
+    """An integer node of OmegaConf that also takes 1e3 and 500.0. Raises ValidationError for 1.5."""
 
     def _validate_and_convert_impl(self, value: Any) -> int:
         try:
@@ -29,7 +29,7 @@ class WholeNumber(IntegerNode):
 
 
 def as_float(value: Any) -> float:
-    """nan for what is no number."""
+    """The value as a float; nan for what is no number."""
     try:
         return float(value)
     except (TypeError, ValueError):
@@ -37,6 +37,6 @@ def as_float(value: Any) -> float:
 
 
 def take_any_spelling(node: Any) -> None:
-    """A node of a schema as one that takes whole numbers in any spelling; others stay as they are."""
+    """Let an integer node of a schema take any spelling; other nodes stay as they are."""
     if type(node) is IntegerNode:
         node.__class__ = WholeNumber

@@ -1,1 +1,1 @@
-"""Runs from their beginning to their end: launching, recording, interrupting, resuming."""
+"""How a run or a sweep is carried out: launch, record, interrupt, resume."""

@@ -1,4 +1,4 @@
-"""A docking trial: an agent explores for an episode, the robot returns to its dock; again and again."""
+"""The docking trial: episodes of an agent that does not learn, each followed by a return to dock."""
 
 from __future__ import annotations
 
@@ -22,13 +22,13 @@ from curionav_cli.robot.env import RobotEnv
 from curionav_cli.storage import checkpoint
 from curionav_cli.storage.run_folder import RunFolder
 
-EVERY = 10  # homecomings between two checkpoints
+EVERY = 10  # requests between two checkpoints
 
 
 class DockingTrial:
-    """Episodes, each followed by a homecoming (lifecycle.Task)."""
+    """Episodes, each followed by a return to dock (lifecycle.Task)."""
 
-    unit = "homecoming"
+    unit, key = "docking request", "homecoming"
 
     def __init__(self, settings: Config, folder: Path):
         self.settings, self.run, self.total = settings, RunFolder(folder), settings.dock.requests
@@ -44,31 +44,31 @@ class DockingTrial:
     def verify(self, done: int) -> None:
         rows = self.run.metrics()
         if len(rows) < done:
-            raise RunFolderError(f"{self.run.metrics_file} ends after {len(rows)} of {done} homecomings, "
+            raise RunFolderError(f"{self.run.metrics_file} ends after {len(rows)} of {done} docking requests, "
                                  "so the run cannot go on. Restore it from a copy.")
 
     def rewind(self, done: int) -> None:
         self.run.write_metrics(self.run.metrics()[:done])
 
     def work(self, agent: Agent, first: int) -> None:
-        """From request `first` to the last, then tables and figure."""
+        """Run from request `first` to the last, then write tables and figure."""
         run, settings = self.run, self.settings
         env = build.robot_env(settings, self.world, pictures=agent.learns)
-        found = checkpoint.newest(run.checkpoints, self.fixed, self.verify)
-        if found:  # the episode before request `first` is done, and the robot stands at its end
-            env.load(found[1])
+        saved = checkpoint.newest(run.checkpoints, self.fixed, self.verify)
+        if saved:  # the episode before request `first` is done, and the robot stands at its end
+            env.load(saved[1])
         docked = sum(row["code"] == "docked" for row in run.metrics())
         run.set_status(state="running", error=None, homecoming=first, requests=self.total)
-        with closing(line(f"{settings.env.name} seed {settings.seed}", first, self.total)) as shown:
-            recorder = TrialRecorder(run, agent, env, self.fixed, DockProgress(shown, docked))
+        with closing(line(f"{settings.env.name} seed {settings.seed}", first, self.total)) as progress:
+            recorder = TrialRecorder(run, agent, env, self.fixed, DockProgress(progress, docked))
             run_episodes(env, agent, recorder, episodes=self.total, steps=settings.loop.steps, seed=settings.seed,
-                         watch=recorder, first=first + bool(found), return_after_last=True)
+                         watch=recorder, first=first + bool(saved), return_after_last=True)
         run.set_status(homecoming=self.total)
         draw([run], run.path)
 
 
 class TrialRecorder(NoLearning, Callbacks):
-    """Keeps a trial: a checkpoint before every tenth return to the dock, a row of metrics.jsonl after each."""
+    """Save a trial: a checkpoint before every tenth return to dock, a row of metrics.jsonl after each."""
 
     def __init__(self, run: RunFolder, agent: Agent, env: RobotEnv, fixed: dict[str, Any], report: DockProgress):
         self.run, self.agent, self.env, self.fixed, self.report = run, agent, env, fixed, report
@@ -80,7 +80,7 @@ class TrialRecorder(NoLearning, Callbacks):
         return {}
 
     def save(self, folder: Path) -> None:
-        """All that it takes to go on from the end of an episode."""
+        """Fill a checkpoint with all that is needed to continue from the end of an episode."""
         self.agent.save(folder)
         self.env.save(folder)
 
@@ -88,17 +88,17 @@ class TrialRecorder(NoLearning, Callbacks):
         if info["dock"]:  # none: the run begins on the dock
             report = DockReport.of(info["dock"])
             self.run.append_metrics({"episode": index - 1, **asdict(report)})
-            self.report.home(report.success)
+            self.report.request_done(report.success)
 
 
 def draw(runs: Sequence[RunFolder], root: Path) -> None:
-    """Tables and the figure of arrivals, into `root`."""
+    """Write the tables and the figure of arrivals of these runs into `root`."""
     from curionav_cli.results import docking, docking_plots, plots, tables  # matplotlib only when there is something
 
     each, together = docking.counted(runs)
-    rows = [docking.summary(one.where, one.docks) for one in [*each, *together]]
-    ends = [row for one in [*each, *together] for row in docking.endings(one.where, one.docks)]
-    tries = [row for one in [*each, *together] for row in docking.attempts(one.where, one.docks)]
+    rows = [docking.summary(trial.where, trial.docks) for trial in [*each, *together]]
+    ends = [row for trial in [*each, *together] for row in docking.endings(trial.where, trial.docks)]
+    tries = [row for trial in [*each, *together] for row in docking.attempts(trial.where, trial.docks)]
     parts = (tables.markdown(rows, docking.TABLE, docking.BELOW),
              tables.markdown(ends, docking.FAILURES, "counts add up to the requests"),
              tables.markdown(tries, docking.RECOVERIES, "attempts by what came before them"))
@@ -108,8 +108,9 @@ def draw(runs: Sequence[RunFolder], root: Path) -> None:
     for name, content in text.items():
         folder.write(name, content)
     folder.figures.mkdir(exist_ok=True)
-    pooled = [{**one.where, "seed": None} for one in together]
-    for run, where, docks in [*together, *(one for one in each if {**one.where, "seed": None} not in pooled)]:
+    pooled = [{**trial.where, "seed": None} for trial in together]
+    single = [trial for trial in each if {**trial.where, "seed": None} not in pooled]
+    for run, where, docks in [*together, *single]:
         light, name = run.settings["robot"]["docking"]["infrared"], ", ".join(map(str, where.values()))
         title = f"{name}\n{sum(dock.success for dock in docks)} of {len(docks)} docked"
         figure = docking_plots.arrivals(docks, light["cone"], light["range"], run.plan.radius, title)

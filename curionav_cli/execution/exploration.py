@@ -12,7 +12,7 @@ from curionav_cli.config.schema import Config, Learner
 from curionav_cli.config.settings import settings_yaml
 from curionav_cli.execution import remote_setup
 from curionav_cli.execution.lifecycle import fixed_settings, run_task
-from curionav_cli.execution.precision import settled
+from curionav_cli.execution.precision import with_precision
 from curionav_cli.execution.progress import ExploreProgress, line
 from curionav_cli.execution.recorder import Recorder
 from curionav_cli.files import refuse_broken
@@ -26,17 +26,17 @@ from curionav_cli.storage.run_folder import RunFolder
 
 
 def explore(settings: Config, folder: Path, drawn: bool = True) -> RunFolder:
-    """Live the run in `folder` to its end; a folder that holds its beginning is continued. drawn: with figures.
+    """Run an exploration in `folder` to its end; one that has begun there is continued. drawn: with figures.
 
     Raises UserError before anything is written, RunFailed where the run cannot go on.
     """
-    return run_task("explore", Exploration(settled(settings, folder), folder, drawn))
+    return run_task("explore", Exploration(with_precision(settings, folder), folder, drawn))
 
 
 class Exploration:
-    """A life (lifecycle.Task)."""
+    """Episodes of acting, each followed by learning (lifecycle.Task)."""
 
-    unit = "episode"
+    unit = key = "episode"
 
     def __init__(self, settings: Config, folder: Path, drawn: bool = True):
         self.settings, self.run, self.total = settings, RunFolder(folder), settings.loop.episodes
@@ -53,7 +53,7 @@ class Exploration:
         return build.agent(self.settings, self.world)
 
     def env(self, first: int) -> build.Environment:
-        """The world as episode `first` finds it."""
+        """Build the environment, in the state that it has before episode `first`."""
         env = build.env(self.settings, self.world)
         if first:
             env.load(checkpoint.at(self.run.checkpoints, first))
@@ -65,7 +65,7 @@ class Exploration:
 
     def verify(self, done: int) -> None:
         self.run.refuse_gaps(done)
-        FloorPlan.load(self.run.path / "plan.npz")  # found broken before anything is lived
+        FloorPlan.load(self.run.path / "plan.npz")  # a broken one is found before anything is run
         for path in self.run.episode_paths()[:done]:
             refuse_broken(path)
 
@@ -73,17 +73,17 @@ class Exploration:
         self.run.rewind(done)
 
     def work(self, agent: Agent, first: int) -> None:
-        """From episode `first` to the last, then the figures."""
+        """Run from episode `first` to the last, then draw the figures."""
         run, loop, label = self.run, self.settings.loop, f"{self.settings.agent.name} seed {self.settings.seed}"
         coverage = cover(run.plan, run.poses())
         stored = run.episode_paths() if agent.learns and not self.remote else []
         memory = loop.replay_memory * 1e9
         with closing(Replay.open(stored, memory=memory, folder=run.path, every=agent.every)) as replay, \
                 closing(LOGGERS[self.settings.logger.value](run)) as logger, \
-                closing(line(label, first, loop.episodes)) as shown:
+                closing(line(label, first, loop.episodes)) as progress:
             env = self.env(first)
             recorder = Recorder(run, env, agent, None if self.remote else replay, self.fixed, logger,
-                                coverage, ExploreProgress(shown, loop))
+                                coverage, ExploreProgress(progress, loop))
             learn = remote_setup.remote_learner(self.settings, run, agent, self.shared) if self.remote else \
                 LocalLearner(agent, replay, loop.iterations, recorder, run.save_episode)
             run.set_status(state="running", error=None, episode=first, episodes=loop.episodes, **recorder.counts(),
@@ -97,7 +97,7 @@ class Exploration:
 
 
 def draw(run: RunFolder) -> None:
-    """The run's figures and table."""
+    """Draw the run's figures and write its table."""
     from curionav_cli.results import beliefs, plots, tables
     from curionav_cli.results.prediction import (
         figures as prediction_figures,  # matplotlib is loaded once there is something to draw

@@ -1,4 +1,4 @@
-"""How a run ends before its time: Ctrl-C, SIGTERM, a full or locked disk, no memory; in words that say what to do."""
+"""Early ends of a run: Ctrl-C, SIGTERM, a closed pipe, a full or locked disk, no memory; each with what to do next."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from curionav_cli.execution.screen import mute
 from curionav_cli.storage.run_folder import RunFolder
 
 FULL, LOCKED = (errno.ENOSPC, errno.EDQUOT), (errno.EROFS, errno.EACCES, errno.EPERM)
-UNREAD = "stopped, as nobody read its output any more (a closed pipe)"
+UNREAD = "stopped, as its output was closed (a closed pipe)"
 INTERRUPTED = {
     KeyboardInterrupt: "interrupted by Ctrl-C", Terminated: "stopped by SIGTERM", Unread: UNREAD,
     SystemExit: "stopped by the scheduler, which sends it again",  # submitit's answer to SIGUSR2
@@ -24,7 +24,7 @@ INTERRUPTED = {
 
 @contextmanager
 def stoppable() -> Iterator[None]:
-    """SIGTERM raises Terminated in here, once, unless a launcher has an answer of its own."""
+    """Let SIGTERM raise Terminated, once, unless a launcher handles the signal itself."""
     free = threading.current_thread() is threading.main_thread() and \
         signal.getsignal(signal.SIGTERM) is signal.SIG_DFL
     if free:
@@ -37,13 +37,14 @@ def stoppable() -> Iterator[None]:
 
 
 def stop(number: int, frame: FrameType | None) -> None:
-    signal.signal(number, signal.SIG_IGN)  # what ends is not disturbed by a second one
+    """Handle the first SIGTERM: raise Terminated."""
+    signal.signal(number, signal.SIG_IGN)  # a second one must not disturb the end of the run
     raise Terminated
 
 
 def ended(run: RunFolder, error: BaseException) -> BaseException:
-    """Note in status.json how the run ended; the error to raise for it."""
-    on = f"What was saved in {run.path} is whole."
+    """Record in status.json how the run ended; returns the error to raise for it."""
+    kept = f"What was saved in {run.path} is whole."
     if isinstance(error, BrokenPipeError):
         mute()
         error = Unread()
@@ -51,12 +52,13 @@ def ended(run: RunFolder, error: BaseException) -> BaseException:
     if type(error) in INTERRUPTED:
         state, line = "interrupted", INTERRUPTED[type(error)]
     elif isinstance(error, OSError) and error.errno in FULL:
-        error = RunFailed(f"The disk is full. {on} Free some space, then: "
+        error = RunFailed(f"The disk is full. {kept} Free some space, then: "
                           f"curionav resume {shlex.quote(str(run.path))}")
     elif isinstance(error, OSError) and error.errno in LOCKED:
-        error = RunFailed(f"{error.filename or run.path} cannot be written ({error.strerror}). {on}")
+        error = RunFailed(f"{error.filename or run.path} cannot be written ({error.strerror}). {kept} "
+                          f"Make it writable, then: curionav resume {shlex.quote(str(run.path))}")
     elif out_of_memory(error):
-        error = RunFailed(f"Out of memory ({first_line(error)}). {on} Lower loop.replay_memory, loop.steps or the "
+        error = RunFailed(f"Out of memory ({first_line(error)}). {kept} Lower loop.replay_memory, loop.steps or the "
                           "sizes of the agent, or in a sweep hydra.launcher.n_jobs, then: "
                           f"curionav resume {shlex.quote(str(run.path))}")
     if isinstance(error, RunFailed):
@@ -67,7 +69,7 @@ def ended(run: RunFolder, error: BaseException) -> BaseException:
 
 
 def out_of_memory(error: BaseException) -> bool:
-    """Python's, numpy's, OpenCV's and torch's ways to say so, of the machine's memory and of a GPU's."""
+    """Whether memory ran out, of the machine or of a GPU, as Python, numpy, OpenCV and torch report it."""
     names = {kind.__name__ for kind in type(error).__mro__}
     words = ("not enough memory", "can't allocate memory", "Insufficient memory")
     return bool(names & {"MemoryError", "OutOfMemoryError"}) or any(word in str(error) for word in words)

@@ -1,4 +1,4 @@
-"""What every subcommand with settings does: answer typing errors, then show, run or sweep."""
+"""Carry out a command with settings: check every job, then show the settings, run or sweep."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from curionav_cli.config.sources import Hydra, opened
 from curionav_cli.errors import ConfigError, RunFailed, RunFolderError, Terminated, Unread, UserError
 from curionav_cli.execution import sweep_failures
 from curionav_cli.execution.interrupts import UNREAD, stoppable
-from curionav_cli.execution.sweep_monitor import shown
+from curionav_cli.execution.sweep_monitor import monitored
 from curionav_cli.storage.run_folder import RunFolder
 
 INTERRUPTED = 130
@@ -27,9 +27,9 @@ Summary = Callable[[Path, list[Outcome]], None]
 
 @dataclass(frozen=True)
 class Request:
-    """One command line. cfg: job, hydra or all; info: one of Hydra's kinds; None runs.
+    """One command line. cfg: job, hydra or all; info: one of Hydra's kinds; without either it runs.
 
-    spare_failed: a run that has failed before is left as it is.
+    skip_failed: a run that has failed before is not run again.
     """
 
     command: str
@@ -40,12 +40,12 @@ class Request:
     resolve: bool = False
     info: str | None = None
     config_dirs: tuple[Path, ...] = ()
-    spare_failed: bool = False
+    skip_failed: bool = False
 
 
 @dataclass(frozen=True)
-class Noting:
-    """`work`, and a failure before the run had a status gets one: each reason stands in the run's own folder."""
+class RecordFailure:
+    """Do `work`; a run that fails before it has a status.json gets one, so that its folder holds the reason."""
 
     work: Work
 
@@ -54,14 +54,14 @@ class Noting:
             return self.work(settings, folder)
         except Exception as error:
             if folder.is_dir() and not (folder / "status.json").exists():
-                with suppress(OSError):  # on a full disk it stays without
+                with suppress(OSError):  # a full disk leaves it without one
                     RunFolder(folder).set_status(state="failed", error=reason(error))
             raise
 
 
 @dataclass(frozen=True)
-class Sparing:
-    """`work` for all runs but those that have failed before."""
+class SkipFailed:
+    """Do `work`, except for runs that have failed before."""
 
     work: Work
 
@@ -72,7 +72,7 @@ class Sparing:
 
 
 def state(run: RunFolder) -> str:
-    """As its status says; a broken one says nothing, and is written anew when the run goes on."""
+    """The state in status.json; "broken" where it cannot be read. Resuming writes it again."""
     try:
         return run.state
     except RunFolderError:
@@ -80,11 +80,11 @@ def state(run: RunFolder) -> str:
 
 
 def launch(request: Request, work: Work, summary: Summary, check: Check | None = None, objective: str = "") -> int:
-    """The exit code. Raises UserError for what the pre-flight finds.
+    """Carry out a command; returns the exit code. Raises UserError for wrong settings before anything runs.
 
-    work(settings, folder): lives one run in its folder, returns what its table row needs.
-    check(settings): raises UserError for what the schema cannot see; called for each job beforehand.
-    summary(folder, outcomes): the last lines; called after failures and interruptions too.
+    work(settings, folder): does one run in its folder; returns what its row of the table needs.
+    check(settings): raises UserError for what the schema cannot check; called for each job before the first one runs.
+    summary(folder, outcomes): prints the last lines; called after failures and interruptions too.
     objective: what work's "coverage" is, in words; a command without it cannot be searched.
     """
     shows = request.cfg or request.info
@@ -97,50 +97,50 @@ def launch(request: Request, work: Work, summary: Summary, check: Check | None =
         if shows:
             return 0
         if todo.engine and todo.engine.searches and not objective:
-            raise ConfigError(f"curionav {request.command} has nothing that a search could make larger. "
+            raise ConfigError(f"curionav {request.command} has no objective to search by. "
                               "Search with curionav explore, or sweep without hydra/sweeper.")
         if not todo.multirun:
-            RunFolder(todo.folder).refuse_company()  # before Hydra writes there
-        with RunFolder(todo.folder).alone() if todo.engine else nullcontext():
-            return carried_out(hydra, todo, request, Noting(Sparing(work) if request.spare_failed else work), summary,
-                               objective)
+            RunFolder(todo.folder).refuse_if_in_use()  # before Hydra writes there
+        with RunFolder(todo.folder).locked() if todo.engine else nullcontext():
+            work = RecordFailure(SkipFailed(work) if request.skip_failed else work)
+            return run_plan(hydra, todo, request, work, summary, objective)
 
 
-def carried_out(hydra: Hydra, todo: Plan, request: Request, work: Work, summary: Summary, objective: str) -> int:
-    """Run what is to be done, to its end or to what ends it before; the exit code."""
+def run_plan(hydra: Hydra, todo: Plan, request: Request, work: Work, summary: Summary, objective: str) -> int:
+    """Run the plan to its end, or to an interruption, and print the summary; returns the exit code."""
     outcomes, broken, kills = [], None, sweep_failures.memory_kills()
     if todo.engine and todo.engine.searches:
         print(todo.engine.about(objective), flush=True)
     try:
-        with shown(todo):
+        with monitored(todo):
             outcomes = hydra_launch.run(hydra, todo, work)
     except Terminated:
-        raise Terminated(f"Stopped by SIGTERM. {sweep_failures.to_go_on(todo)}") from None
+        raise Terminated(f"Stopped by SIGTERM. {sweep_failures.how_to_continue(todo)}") from None
     except Unread:
         sweep_failures.note_killed(todo.folder, UNREAD)
         raise
     except UserError:
         raise
-    except (Exception, KeyboardInterrupt) as error:  # a job reports its own: this is the launcher, or the folder
+    except (Exception, KeyboardInterrupt) as error:  # jobs report their own errors: this is the launcher, or the folder
         broken = error
         sweep_failures.note_killed(todo.folder, sweep_failures.why(error, kills))
     if todo.engine:
-        outcomes = sweep_failures.told(todo.folder)
+        outcomes = sweep_failures.recorded_outcomes(todo.folder)
     summary(todo.folder, outcomes)
-    for line in sweep_failures.not_begun(todo) if broken else ():
+    for line in sweep_failures.not_started(todo) if broken else ():
         print(line)
     if isinstance(broken, KeyboardInterrupt):
-        print(f"Interrupted. {sweep_failures.to_go_on(todo)}", file=sys.stderr)
+        print(f"Interrupted. {sweep_failures.how_to_continue(todo)}", file=sys.stderr)
         return INTERRUPTED
     if broken:
         report(request, outcomes, swept=True)
         raise RunFailed(f"{todo.folder} could not be run: {sweep_failures.why(broken, kills)}. "
-                        f"{sweep_failures.to_go_on(todo)}") from broken
+                        f"{sweep_failures.how_to_continue(todo)}") from broken
     return report(request, outcomes, swept=todo.multirun)
 
 
 def report(request: Request, outcomes: list[Outcome], swept: bool) -> int:
-    """Each failure in one line and where its traceback is; 1 for a sweep with a failure in it."""
+    """Print each failure in one line, and where its traceback is; returns the exit code."""
     failed = [outcome for outcome in outcomes if outcome.code]
     for outcome in failed:
         print(f"{outcome.folder.name}: {outcome.error}" if swept else outcome.error, file=sys.stderr)

@@ -1,4 +1,4 @@
-"""A run from its beginning to its end, also after an interruption: what explore and train have in common."""
+"""Carry out a run from start to end, also after an interruption: shared by explore, train and dock."""
 
 from __future__ import annotations
 
@@ -25,55 +25,56 @@ from curionav_cli.storage.run_folder import RunFolder
 class Task(Protocol):
     """What a command does in its run folder.
 
-    fixed: the settings that a run may not change when it goes on. unit: what its checkpoints count,
-    total: how many of them are to be done.
+    fixed: the settings that may not change when the run is resumed. unit: what its checkpoints count, key: the name of
+    that count in status.json, total: how many are to be done.
     """
 
     settings: Config
     run: RunFolder
     fixed: dict[str, Any]
     unit: str
+    key: str
     total: int
 
     def agent(self) -> Agent:
-        """Who learns, or only acts."""
+        """Build the agent."""
 
     def create(self, about: dict[str, Any]) -> None:
-        """Begin the folder; about: for run.json."""
+        """Create the run folder; about: the content of run.json."""
 
     def verify(self, done: int) -> None:
-        """Raises RunFolderError where the first `done` units are not there, or not whole."""
+        """Check that the first `done` units are there and whole. Raises RunFolderError."""
 
     def rewind(self, done: int) -> None:
-        """Forget what came after the first `done` units."""
+        """Remove what came after the first `done` units."""
 
     def work(self, agent: Agent, first: int) -> None:
-        """From unit `first` to the last."""
+        """Run from unit `first` to the last."""
 
 
 def run_task(command: str, task: Task) -> RunFolder:
-    """Do the work in its folder to the end; a folder that holds its beginning is continued.
+    """Carry out the task in its folder to the end; one that has begun there is continued.
 
     Raises UserError before anything is written, RunFailed where the run cannot go on.
     """
-    run, found = task.run, None
-    with run.alone(), stoppable():
+    run, saved = task.run, None
+    with run.locked(), stoppable():
         begun = run.config.is_file()
-        run.refuse_rest()
+        run.refuse_without_config()
         if begun:
             checkpoint.refuse_changes(run.path, read_json(run.path / "fixed.json"), task.fixed)
             if finished(task):
                 say(f"{run.path}: is done already")
                 return run
-            found = newest(task)
+            saved = newest(task)
         agent = task.agent()
         try:
             if begun:
-                continue_run(task, agent, found)
+                continue_run(task, agent, saved)
             else:
                 about = provenance.about(run.path, command, str(agent.device), task.settings.seed)
                 task.create({**about, **precision.about(task.settings), "question": task.settings.question})
-            task.work(agent, found[0] if found else 0)
+            task.work(agent, saved[0] if saved else 0)
             run.set_status(state="done")
         except BaseException as error:
             failure = ended(run, error)
@@ -84,36 +85,36 @@ def run_task(command: str, task: Task) -> RunFolder:
 
 
 def finished(task: Task) -> bool:
-    """Whether nothing is left to do; a broken status does not say so."""
+    """Whether nothing is left to do; False where the status cannot be read."""
     try:
         status = task.run.status
     except RunFolderError:
         return False
-    return status.get("state") == "done" and status.get(task.unit, 0) >= task.total and \
+    return status.get("state") == "done" and status.get(task.key, 0) >= task.total and \
         bool(checkpoint.finished(task.run.checkpoints))
 
 
 def newest(task: Task) -> tuple[int, Path] | None:
-    """The checkpoint to go on from; None where the run ended before its first one."""
-    found = checkpoint.newest(task.run.checkpoints, task.fixed, task.verify)
-    if not found and len(task.run.metrics()) > 1:
+    """The checkpoint to resume from; None where the run ended before its first one. Raises RunFolderError."""
+    saved = checkpoint.newest(task.run.checkpoints, task.fixed, task.verify)
+    if not saved and len(task.run.metrics()) > 1:
         raise RunFolderError(f"{task.run.checkpoints} holds no whole checkpoint of what was done. "
                              "Restore it from a copy, or start a new run in another folder.")
-    return found
+    return saved
 
 
-def continue_run(task: Task, agent: Agent, found: tuple[int, Path] | None) -> None:
-    """Put the run back to its newest checkpoint."""
-    done, folder = found or (0, None)
+def continue_run(task: Task, agent: Agent, saved: tuple[int, Path] | None) -> None:
+    """Rewind the run folder and the agent to the checkpoint, or to the start."""
+    done, folder = saved or (0, None)
     task.rewind(done)
     if folder:
         agent.load(folder)
     say(f"{task.run.path}: goes on after {done} finished {task.unit}{'' if done == 1 else 's'}")
-    task.run.write("config.yaml", settings_yaml(task.settings))  # it may have become longer
+    task.run.write("config.yaml", settings_yaml(task.settings))  # the run may have been made longer
 
 
 def fixed_settings(settings: Config, plan: FloorPlan, loop: Sequence[str] = ()) -> dict[str, Any]:
-    """What a run may not change when it goes on. Files may move: what is in them stands for them."""
+    """The settings that may not change when a run is resumed. Files may move: their content is compared."""
     plain = yaml.safe_load(settings_yaml(settings))
     fixed = {key: plain[key] for key in ("env", "agent", "robot", "seed")}
     fixed["env"] = {key: value for key, value in plain["env"].items() if key not in ("map", "overlay")}

@@ -1,4 +1,4 @@
-"""What agent.precision=auto is in a run: chosen when it begins, and kept when it goes on elsewhere."""
+"""The choice behind agent.precision=auto: made when a run begins, and kept when it is resumed on another machine."""
 
 from __future__ import annotations
 
@@ -16,26 +16,26 @@ log = logging.getLogger("curionav")
 BEGUN = ("config.yaml", "fixed.json")
 
 
-def settled(settings: Config, folder: Path) -> Config:
-    """agent.precision=auto becomes what the run in `folder` began with, or what is right for this machine.
+def with_precision(settings: Config, folder: Path) -> Config:
+    """Replace agent.precision=auto by what the run in `folder` began with, or else by what suits this machine.
 
-    Tells of the choice in the log, and in one line of a choice that is the slow one here.
+    Logs the choice, and prints one line where it is the slower one here.
     """
     asked = getattr(settings.agent, "precision", None)
     if asked is None:
         return settings
-    right, begun = build.automatic(settings), begun_with(folder)
-    settings = build.with_precision(settings, begun or right)
+    best, recorded = build.automatic(settings), recorded_precision(folder)
+    settings = build.with_precision(settings, recorded or best)
     taken = settings.agent.precision
-    if asked is Precision.auto and not begun:
+    if asked is Precision.auto and not recorded:
         log.info("agent.precision=auto is %s here (%s)", taken.value, speeds())
-    if taken is not right and slow(settings):
+    if taken is not best and slow(settings):
         say(f"agent.precision={taken.value} is the slow one on this machine ({speeds()}).")
     return settings
 
 
-def begun_with(folder: Path) -> Precision | None:
-    """The precision of the run in `folder`, if one has begun there."""
+def recorded_precision(folder: Path) -> Precision | None:
+    """The precision of the run in `folder`; None where none has begun."""
     if not all((folder / name).is_file() for name in BEGUN):
         return None
     name = read_json(folder / "fixed.json").get("agent", {}).get("precision")
@@ -52,13 +52,14 @@ def slow(settings: Config) -> bool:
 
 
 def speeds() -> str:
+    """The measured speed of matrix products in each precision, in words."""
     from curionav_cli.agents.arithmetic import rates
 
     return ", ".join(f"{name} {rate:.3g} GFLOP/s" for name, rate in rates()._asdict().items())
 
 
 def about(settings: Config) -> dict[str, Any]:
-    """For run.json: the precision of who learns, and how fast this machine's processor multiplies in both."""
+    """The part of run.json about precision: the agent's, and this processor's GFLOP/s in each."""
     taken = getattr(settings.agent, "precision", None)
     if not taken:
         return {}

@@ -1,6 +1,6 @@
-"""How a running run shows itself: a live line on a terminal, one plain line an episode or a save elsewhere.
+"""Progress of a run: a live line on a terminal, elsewhere one plain line for each episode or save.
 
-Runs beside each other on one terminal are silent: sweep_monitor.py shows them all.
+Runs side by side on one terminal print nothing: sweep_monitor.py shows them all.
 """
 
 from __future__ import annotations
@@ -15,11 +15,11 @@ from rich.progress import BarColumn, Progress, TextColumn
 from curionav_cli.config.schema import Loop
 from curionav_cli.results.tables import percent
 
-EVERY = 10  # homecomings between two plain lines
+EVERY = 10  # docking requests between two plain lines
 
 
 class Line:
-    """Counts what is done of `total`, from `first` on, and time; the subclasses show it."""
+    """Count what is done of `total`, from `first` on, and the time; subclasses show it."""
 
     def __init__(self, label: str, first: int, total: int):
         self.label, self.total = label, total
@@ -27,25 +27,25 @@ class Line:
         self.began = time.perf_counter()
 
     def show(self, done: float, text: str) -> None:
-        """Something in between; whoever reads plain lines does not see it."""
+        """Show a state in between; plain lines leave it out."""
 
     def finished(self, done: int, text: str) -> None:
-        """So much is done."""
+        """Count `done` as finished, and show it."""
         self.done = done
 
     def left(self) -> str:
-        """The time that the rest will take, judged by what this process did."""
+        """The time that the rest will take at this process's pace; ? before the first is done."""
         did = self.done - self.first
         if not did:
             return "?"
         return duration((time.perf_counter() - self.began) / did * (self.total - self.done))
 
     def close(self) -> None:
-        """The run is over."""
+        """End the display."""
 
 
 class PlainLine(Line):
-    """A new line on standard output each time."""
+    """A new line on standard output for each finished unit."""
 
     def finished(self, done: int, text: str) -> None:
         super().finished(done, text)
@@ -53,7 +53,7 @@ class PlainLine(Line):
 
 
 class LiveLine(Line):
-    """One line that is drawn again as the run goes on."""
+    """One line on a terminal, redrawn as the run goes on."""
 
     def __init__(self, label: str, first: int, total: int):
         super().__init__(label, first, total)
@@ -71,9 +71,9 @@ class LiveLine(Line):
 
 
 def line(label: str, first: int, total: int) -> Line:
-    """The live line where a person sees it; of jobs that run beside each other a person sees the overview."""
-    kinds = (Line if beside() else LiveLine) if sys.stdout.isatty() else PlainLine
-    return kinds(label, first, total)
+    """The kind of line for this output: live on a terminal, none for a job of a sweep there, else plain."""
+    kind = (Line if beside() else LiveLine) if sys.stdout.isatty() else PlainLine
+    return kind(label, first, total)
 
 
 def beside() -> bool:
@@ -82,19 +82,19 @@ def beside() -> bool:
 
 
 def say(text: str) -> None:
-    """A line of its own, where it does not break the overview."""
+    """Print a line, unless it would break the table of a sweep."""
     if not (beside() and sys.stdout.isatty()):
         print(text, flush=True)
 
 
 def duration(seconds: float) -> str:
-    """'3 h 07 min' or '2 min 05 s', to the nearest second."""
+    """A time in words, '3 h 07 min' or '2 min 05 s', to the nearest second."""
     whole = round(seconds)
     return f"{whole // 3600} h {whole // 60 % 60:02} min" if whole >= 3600 else f"{whole // 60} min {whole % 60:02} s"
 
 
 class ExploreProgress:
-    """The words of a run that acts and learns."""
+    """Progress of a run that acts and learns."""
 
     def __init__(self, line: Line, loop: Loop):
         self.line, self.loop = line, loop
@@ -110,7 +110,7 @@ class ExploreProgress:
         self.show(self.loop.steps, f"learning {iteration}/{self.loop.iterations}")
 
     def episode_done(self, coverage: float, visited: int, total: int) -> None:
-        """An episode and its learning are done."""
+        """Show that an episode and its learning are done."""
         episode, self.coverage = self.line.done + 1, f"coverage {percent(coverage)}"
         self.line.finished(episode, f"episode {episode}/{self.loop.episodes}, {episode * self.loop.steps} steps, "
                                     f"{self.rate:.0f} steps/s, {self.coverage} ({visited}/{total})")
@@ -125,38 +125,38 @@ class ExploreProgress:
 
 
 class ServeProgress:
-    """The words of a server: one plain line an episode, as nobody knows how many will come."""
+    """Progress of a training server: one plain line for each episode, as their number is open."""
 
     def __init__(self, done: int):
         self.done = done
 
     def acted(self, step: int) -> None:
-        """It was acted elsewhere."""
+        """Do nothing: the robot acts elsewhere."""
 
     def learned(self, iteration: int) -> None:
-        """The line comes when all are done."""
+        """Do nothing: the line is printed after the last iteration."""
 
     def episode_done(self, coverage: float, visited: int, total: int) -> None:
-        """An episode that came was learned from."""
+        """Print a line for an episode that was learned from."""
         self.done += 1
         print(f"{self.done} episode{'s' * (self.done != 1)} learned, coverage {percent(coverage)} ({visited}/{total})",
               flush=True)
 
 
 class TrainProgress:
-    """The words of a run that only learns."""
+    """Progress of offline training."""
 
     def __init__(self, line: Line):
         self.line = line
         self.began, self.rate = time.perf_counter(), 0.0
 
     def learned(self, iteration: int) -> None:
-        """One more since the last save."""
+        """Show one more iteration since the last save."""
         self.rate = iteration / max(1e-9, time.perf_counter() - self.began)
         self.line.show(self.line.done + iteration, self.text(self.line.done + iteration))
 
     def trained(self, done: int) -> None:
-        """Saved after `done` iterations."""
+        """Show a save after `done` iterations."""
         self.line.finished(done, self.text(done))
         self.began = time.perf_counter()
 
@@ -165,13 +165,13 @@ class TrainProgress:
 
 
 class DockProgress:
-    """The words of homecomings."""
+    """Progress of a docking trial."""
 
     def __init__(self, line: Line, docked: int):
         self.line, self.docked = line, docked
 
-    def home(self, success: bool) -> None:
-        """One more request is done."""
+    def request_done(self, success: bool) -> None:
+        """Count one more docking request."""
         done, self.docked = self.line.done + 1, self.docked + success
         text = f"request {done}/{self.line.total}, {self.docked} docked ({percent(self.docked / done)})"
         if done % EVERY == 0 or done == self.line.total:

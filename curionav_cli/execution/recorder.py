@@ -1,4 +1,4 @@
-"""Looks on while a run is lived or trained: writes metrics, checkpoint and status, in that order."""
+"""Record a run as it goes on: metrics, checkpoint and status, written in that order."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from curionav_cli.constants import FORWARD, LEFT, RIGHT
 from curionav_cli.execution.progress import ExploreProgress, ServeProgress, TrainProgress
 from curionav_cli.geometry import wrapped
 from curionav_cli.loop import Callbacks
-from curionav_cli.records import Episode, Foresight
+from curionav_cli.records import Episode, Prediction
 from curionav_cli.results.coverage import Coverage
 from curionav_cli.storage import checkpoint
 from curionav_cli.storage.loggers import Local
@@ -21,31 +21,31 @@ from curionav_cli.storage.run_folder import RunFolder
 
 
 class Keeper:
-    """Keeps what was done, so that a killed run goes on. `fixed`: the settings that it may then not change."""
+    """Save a run's progress, so that a killed run can be resumed. fixed: the settings that may then not change."""
 
     def __init__(self, run: RunFolder, agent: Agent, replay: Replay | None, fixed: dict[str, Any], logger: Local):
         self.run, self.agent, self.replay, self.fixed, self.logger = run, agent, replay, fixed, logger
 
     def keep(self, done: int, row: dict[str, Any], **status: Any) -> None:
-        """After `done` episodes, or iterations: a row of metrics.jsonl, a checkpoint, the status."""
+        """Save after `done` episodes or iterations: a row of metrics.jsonl, a checkpoint, the status."""
         self.run.append_metrics(row)
         self.logger.add(row)
         checkpoint.save(self.run.checkpoints, done, self.fixed, self.save)
         self.run.set_status(**status, **self.usage())
 
     def save(self, folder: Path) -> None:
-        """Fill a checkpoint."""
+        """Fill a checkpoint with the agent."""
         self.agent.save(folder)
 
     def usage(self) -> dict[str, Any]:
-        """What a learner's replay holds, for status.json; nothing where the learner is elsewhere."""
+        """The size of the replay, for status.json; {} without a learner in this process."""
         replay = self.replay
         return {"replay": {"episodes": len(replay), "steps": replay.steps, "bytes_in_memory": replay.in_memory,
                            "bytes_on_disk": replay.on_disk}} if replay is not None and self.agent.learns else {}
 
 
 class Recorder(Keeper, Callbacks):
-    """Watches a life (loop.Callbacks) and counts its coverage. env: none where it is lived elsewhere."""
+    """Record a run (loop.Callbacks) and count its coverage. env: None where the robot acts elsewhere."""
 
     def __init__(self, run: RunFolder, env: build.Environment | None, agent: Agent, replay: Replay | None,
                  fixed: dict[str, Any], logger: Local, coverage: Coverage, report: ExploreProgress | ServeProgress):
@@ -53,13 +53,13 @@ class Recorder(Keeper, Callbacks):
         self.env, self.coverage, self.report = env, coverage, report
 
     def save(self, folder: Path) -> None:
-        """The agent, and what its world needs to go on after this episode."""
+        """Fill a checkpoint with the agent and the state of the environment after this episode."""
         super().save(folder)
         if self.env:
             self.env.save(folder)
 
     def counts(self) -> dict[str, float]:
-        """What the run has covered so far."""
+        """Steps and coverage of the run so far."""
         return {"steps": self.coverage.steps, "visited": self.coverage.visited,
                 "visitable": self.coverage.total, "coverage": self.coverage.share}
 
@@ -69,21 +69,21 @@ class Recorder(Keeper, Callbacks):
     def learned(self, iteration: int) -> None:
         self.report.learned(iteration)
 
-    def predicted(self, index: int, foresight: Foresight) -> None:
-        self.run.save_foresight(index, foresight)
+    def predicted(self, index: int, prediction: Prediction) -> None:
+        self.run.save_prediction(index, prediction)
 
     def episode_done(self, index: int, episode: Episode, metrics: dict[str, float]) -> None:
         cells = self.coverage.add(episode.pose)
         counts = self.counts()
         row = {"episode": index, **counts, "cells_in_episode": cells, "found": self.coverage.first[-1].tolist(),
-               **habits(episode), **belief(episode), **metrics}
+               **action_shares(episode), **estimate_error(episode), **metrics}
         explored = {"explored": True, "explored_at": int(metrics["explored"])} if "explored" in metrics else {}
         self.keep(index + 1, row, episode=index + 1, **counts, **explored)
         self.report.episode_done(self.coverage.share, self.coverage.visited, self.coverage.total)
 
 
 class TrainRecorder(Keeper):
-    """Watches a training without a world (loop.TrainCallbacks)."""
+    """Record offline training (loop.TrainCallbacks)."""
 
     def __init__(self, run: RunFolder, agent: Agent, replay: Replay, fixed: dict[str, Any], logger: Local,
                  report: TrainProgress):
@@ -98,17 +98,20 @@ class TrainRecorder(Keeper):
         self.report.trained(iterations)
 
 
-def belief(episode: Episode) -> dict[str, Any]:
-    """Of a robot that drifts: how far off its belief was at the end (metres, degrees), and how it had come home."""
+def estimate_error(episode: Episode) -> dict[str, Any]:
+    """The error of the pose estimate at the end of an episode (m, degrees), and how the robot had returned to its dock.
+
+    {} for an episode without an estimate, of a robot with perfect motion.
+    """
     if episode.estimate is None:
         return {}
     x, y, yaw = episode.estimate[-1] - episode.pose[-1]
-    home = {"docked": not episode.dock["human"], "carried": episode.dock["human"]} if episode.dock else {}
-    return {"position_error": math.hypot(x, y), "yaw_error": math.degrees(abs(wrapped(yaw))), **home}
+    returned = {"docked": not episode.dock["human"], "carried": episode.dock["human"]} if episode.dock else {}
+    return {"position_error": math.hypot(x, y), "yaw_error": math.degrees(abs(wrapped(yaw))), **returned}
 
 
-def habits(episode: Episode) -> dict[str, float]:
-    """Shares of the three actions among all steps, and of cut-short moves among forward moves."""
+def action_shares(episode: Episode) -> dict[str, float]:
+    """Shares of the three actions among all steps, and of cancelled moves among forward moves."""
     forward = episode.action == FORWARD
     return {
         "forward": float(forward.mean()), "left": float((episode.action == LEFT).mean()),

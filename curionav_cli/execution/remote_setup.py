@@ -1,8 +1,7 @@
-"""The robot's end of a storage, explore learner=remote storage=URL; and what both ends ask of one."""
+"""The robot's side of a storage, explore learner=remote storage=URL; and the checks that both sides share."""
 
 from __future__ import annotations
 
-import json
 import time
 from typing import Any
 
@@ -14,79 +13,60 @@ from curionav_cli.execution.progress import say
 from curionav_cli.loop import RemoteLearner
 from curionav_cli.remote.object_store import EXAMPLES, ObjectStore
 from curionav_cli.remote.outbox import Outbox
-from curionav_cli.remote.protocol import MARKED, SETTINGS, fingerprint
+from curionav_cli.remote.protocol import MARKED, agree_on_settings, fingerprint
 from curionav_cli.remote.robot_sync import RobotSync, Time
 from curionav_cli.remote.weight_cache import WeightCache
-from curionav_cli.storage import checkpoint
 from curionav_cli.storage.run_folder import RunFolder
-
-LARGEST = 1 << 20  # bytes that settings.json may have
 
 
 def remote_learner(settings: Config, run: RunFolder, agent: Agent, shared: dict[str, Any]) -> RemoteLearner:
-    """A robot's learning. Raises RunFolderError where the storage is another run's."""
+    """Build what a robot does with its episodes. Raises RunFolderError where the storage is another run's."""
     store, remote = opened(settings), settings.remote
     outbox = Outbox(run.path / "outbox", fingerprint(shared), remote.outbox, remote.disk)
     fresh = not run.episode_paths()
     try:
         store.create()
-        agree(store, shared)
+        agree_on_settings(store, shared)
         if fresh and store.names("episodes", MARKED):
-            raise RunFolderError(f"storage: {settings.storage} holds the episodes of another run. Go on in its folder, "
-                                 "or use an empty place.")
+            raise RunFolderError(f"storage: {settings.storage} holds the episodes of another run. Resume that run, "
+                                 "or use an empty storage.")
     except Unreachable as error:
         if fresh:
             refuse_denied(settings, error)
-        say(f"the storage is not reachable ({error}): begins without it")
-    courier = RobotSync(store, outbox, WeightCache(run.path / "weights"), agent.import_weights,
-                        len(agent.export_weights()), remote, Time(time.monotonic, time.sleep), say, run.episode_path)
-    return RemoteLearner(courier, run.save_episode)
+        say(f"the storage is not reachable ({error}): the run begins without it")
+    sync = RobotSync(store, outbox, WeightCache(run.path / "weights"), agent.import_weights,
+                     len(agent.export_weights()), remote, Time(time.monotonic, time.sleep), say, run.episode_path)
+    return RemoteLearner(sync, run.save_episode)
 
 
 def opened(settings: Config) -> ObjectStore:
-    """Raises ConfigError for what is no storage."""
+    """Open the storage of the settings. Raises ConfigError where there is none."""
     if not settings.storage:
-        raise ConfigError(f"learner=remote needs a place where robot and server meet: {EXAMPLES}.")
+        raise ConfigError(f"learner=remote needs a storage for robot and server: {EXAMPLES}.")
     return ObjectStore.at(settings.storage, settings.remote.timeout)
 
 
 def refuse_denied(settings: Config, error: Unreachable) -> None:
-    """Raises ConfigError for what waiting will not mend, before anything is lived for a storage that takes nothing."""
+    """Raise ConfigError for a storage that refuses for good, before anything is run for it."""
     if isinstance(error, Denied):
         raise ConfigError(f"storage: {settings.storage} cannot be used: {error}.") from None
 
 
 def refuse_undelivered(run: RunFolder) -> None:
-    """At the end of a robot's life. Raises RunFailed where episodes are still in its outbox."""
+    """Check the outbox at the end of a run. Raises RunFailed where episodes are still in it."""
     waiting = len(list((run.path / "outbox").glob("*.json")))
     if waiting:
         raise RunFailed(f"{waiting} episode{'s' * (waiting != 1)} could not be delivered and wait in "
                         f"{run.path / 'outbox'}. Nothing is lost; the same command again delivers them.")
 
 
-def agree(store: ObjectStore, shared: dict[str, Any]) -> None:
-    """Whoever comes first says which settings they are. Raises RunFolderError that names the first that differs."""
-    try:
-        raw = store.get(SETTINGS, LARGEST)
-        held = None if raw is None else json.loads(raw)
-    except (ValueError, RecursionError):
-        raise RunFolderError("storage: its settings.json is broken. Remove it.") from None
-    if raw is None:
-        store.put(SETTINGS, json.dumps(shared, indent=2).encode())
-        return
-    differing = checkpoint.differences(held, json.loads(json.dumps(shared)))
-    if differing:
-        raise RunFolderError(f"storage: it is used with other settings: {differing[0]}. Robot and server need the "
-                             "same, and every run a place of its own.")
-
-
 def check(settings: Config) -> None:
-    """What a storage is given for. Raises ConfigError."""
+    """Check that the storage opens and that a server can train the agent. Raises ConfigError."""
     opened(settings)
     agent = build.agent(settings, build.scene(settings))
     if not agent.learns or agent.on_policy:
-        why = "learns only from what it has just lived" if agent.learns else "does not learn"
+        why = "learns only from the episode it has just run" if agent.learns else "does not learn"
         raise ConfigError(f"agent={settings.agent.name} {why}, so no server can learn for it. "
-                          "agent=lbs_dreamer can be taught so.")
+                          "Choose agent=lbs_dreamer.")
     if not settings.loop.iterations:
-        raise ConfigError("loop.iterations=0 trains nothing.")
+        raise ConfigError("loop.iterations=0 trains nothing. Set it to 1 or more.")

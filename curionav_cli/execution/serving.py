@@ -1,7 +1,7 @@
-"""The server's end of a storage, curionav train storage=URL [--follow]: learn from what arrives, publish weights.
+"""The server's side of a storage, curionav train storage=URL [--follow]: learn from what arrives, publish weights.
 
-Its run folder is that of a life that was learned from here, with episodes, metrics, predictions and figures; beside
-them ledger.sqlite and quarantine/.
+Its run folder is that of an exploration, with episodes, metrics, predictions and figures, and in addition
+ledger.sqlite and quarantine/.
 """
 
 from __future__ import annotations
@@ -17,14 +17,14 @@ from curionav_cli.config.schema import Config
 from curionav_cli.errors import Unreachable
 from curionav_cli.execution.exploration import Exploration, draw
 from curionav_cli.execution.lifecycle import run_task
-from curionav_cli.execution.precision import settled
+from curionav_cli.execution.precision import with_precision
 from curionav_cli.execution.progress import ServeProgress, say
 from curionav_cli.execution.recorder import Recorder
-from curionav_cli.execution.remote_setup import agree, opened, refuse_denied
+from curionav_cli.execution.remote_setup import opened, refuse_denied
 from curionav_cli.loop import LocalLearner, clocks, spent
 from curionav_cli.remote.inbox import Arrival, Inbox
 from curionav_cli.remote.ledger import Ledger
-from curionav_cli.remote.protocol import fingerprint
+from curionav_cli.remote.protocol import agree_on_settings, fingerprint
 from curionav_cli.remote.robot_sync import Time
 from curionav_cli.remote.training_server import TrainingServer
 from curionav_cli.remote.weight_publisher import WeightPublisher
@@ -35,20 +35,20 @@ from curionav_cli.storage.run_folder import RunFolder
 
 
 def serve(settings: Config, folder: Path) -> RunFolder:
-    """Learn in `folder` from what arrives. Raises as train does."""
-    return run_task("train", Service(settled(settings, folder), folder))
+    """Train in `folder` on the episodes that arrive. Raises as training.train does."""
+    return run_task("train", Service(with_precision(settings, folder), folder))
 
 
 class Service(Exploration):
-    """A life that others live (lifecycle.Task)."""
+    """Learning from the episodes of a robot elsewhere (lifecycle.Task)."""
 
     def __init__(self, settings: Config, folder: Path):
         super().__init__(settings, folder)
-        self.total = sys.maxsize  # it is never known to be over
+        self.total = sys.maxsize  # the number of episodes is open
         self.fixed["learner"] = "server"
 
     def work(self, agent: Agent, first: int) -> None:
-        """From the episode after the first `first` to the last that comes, then the figures."""
+        """Learn from episode `first` to the last that arrives, then draw the figures."""
         run, loop = self.run, self.settings.loop
         with ExitStack() as stack:
             ledger = stack.enter_context(closing(Ledger(run.path / "ledger.sqlite")))
@@ -63,17 +63,17 @@ class Service(Exploration):
             def learned(position: int, arrival: Arrival) -> None:
                 began, marker = clocks(), arrival.marker
                 metrics = {**learn(position, arrival.episode), "seq": marker.seq, "weights_version": marker.weights}
-                seconds = {**spent("acting", began, began), **spent("learning", began, clocks())}  # it acted elsewhere
+                seconds = {**spent("acting", began, began), **spent("learning", began, clocks())}  # acted elsewhere
                 recorder.episode_done(position, arrival.episode, {**metrics, **seconds})
 
             self.trainer(agent, ledger, learned, first).serve()
-            left = ledger.refused()
-        for name, reason in left.items():
+            refused = ledger.refused()
+        for name, reason in refused.items():
             say(f"episode {name} was not learned from: {reason}")
         draw(run)
 
     def trainer(self, agent: Agent, ledger: Ledger, learned: Any, first: int) -> TrainingServer:
-        """Raises RunFolderError where the storage is another run's."""
+        """Build the server. Raises RunFolderError where the storage is another run's."""
         settings, remote, shared = self.settings, self.settings.remote, self.shared
         store, mark, timing = opened(settings), fingerprint(shared), Time(time.monotonic, time.sleep)
         inbox = Inbox(store, ledger, self.run.path / "quarantine", settings=mark, steps=settings.loop.steps,
@@ -81,7 +81,7 @@ class Service(Exploration):
         inbox.first = ledger.rewind(first)
         try:
             store.create()
-            agree(store, shared)
+            agree_on_settings(store, shared)
         except Unreachable as error:
             refuse_denied(settings, error)
             say(f"the storage is not reachable ({error})")

@@ -1,6 +1,6 @@
-"""A sweep while it works: on a terminal one table of all runs, elsewhere a line whenever a run changes its state.
+"""Show a running sweep: on a terminal a table of all runs, elsewhere a line whenever the state of a run changes.
 
-Read from the status.json of each run, as any other process could.
+The states are read from the status.json of each run.
 """
 
 from __future__ import annotations
@@ -26,22 +26,22 @@ from curionav_cli.results.runs import job_number
 from curionav_cli.results.tables import percent
 from curionav_cli.storage.run_folder import RunFolder
 
-EVERY = 0.5  # seconds between two looks
+EVERY = 0.5  # seconds between two readings
 DONE, PLANNED = ("episode", "iteration", "homecoming"), ("episodes", "iterations", "requests")  # in status.json
-FIRST = ("running", "failed", "interrupted", "done")  # in the order of what one wants to see
+FIRST = ("running", "failed", "interrupted", "done")  # the order in the table
 
 
 @dataclass
 class SweepMonitor:
-    """What the `jobs` runs of a sweep have told so far."""
+    """The states of a sweep of `jobs` runs, as last read."""
 
     folder: Path
     jobs: int
     rows: dict[str, dict[str, Any]] = field(default_factory=dict)
     began: dict[str, tuple[float, float]] = field(default_factory=dict)  # when first seen running, and how far
 
-    def look(self) -> list[str]:
-        """Read all again; the names of runs whose state changed."""
+    def update(self) -> list[str]:
+        """Read all states again; returns the names of runs whose state changed."""
         changed = []
         for path in sorted(self.folder.glob("*/status.json"), key=lambda path: job_number(path.parent.name)):
             name = path.parent.name
@@ -56,27 +56,27 @@ class SweepMonitor:
         return changed
 
     def left(self, name: str) -> str:
-        """The time that a running run still takes, judged by what was seen of it."""
+        """The time that a running run still takes, at the pace seen so far; ? where none was seen."""
         row = self.rows[name]
         since, first = self.began[name]
-        did = done(row) - first
-        return duration((time.monotonic() - since) / did * (planned(row) - done(row))) if did > 0 else "?"
+        made = done(row) - first
+        return duration((time.monotonic() - since) / made * (planned(row) - done(row))) if made > 0 else "?"
 
     def line(self, name: str) -> str:
-        """'2_small_room_random_1: running, 3/10, coverage 12.3 %'"""
+        """One run in a line: '2_small_room_random_1: running, 3/10, coverage 12.3 %'."""
         row = self.rows[name]
-        told = [str(row.get("state")), progress(row), *([f"coverage {coverage(row)}"] if coverage(row) else [])]
-        return f"{name}: {', '.join(told)}" + (f": {row['error']}" if row.get("error") else "")
+        parts = [str(row.get("state")), progress(row), *([f"coverage {coverage(row)}"] if coverage(row) else [])]
+        return f"{name}: {', '.join(parts)}" + (f": {row['error']}" if row.get("error") else "")
 
     def count(self) -> str:
-        """'6 runs: 2 running, 1 done, 3 waiting'"""
+        """All runs in a line: '6 runs: 2 running, 1 done, 3 waiting'."""
         states = Counter(str(row.get("state")) for row in self.rows.values())
         states["waiting"] = max(0, self.jobs - len(self.rows))
         return f"{self.jobs} runs: " + ", ".join(f"{states[state]} {state}" for state in [*FIRST, "waiting"]
                                                  if states[state])
 
     def table(self, height: int) -> Table:
-        """As many runs as fit into `height` lines, those that work and those that failed first."""
+        """A table of as many runs as fit into `height` lines, the running and the failed ones first."""
         made = Table.grid(padding=(0, 2))
         rank = {state: place for place, state in enumerate(FIRST)}
         names = sorted(self.rows, key=lambda name: (rank.get(self.rows[name].get("state", ""), 0), job_number(name)))
@@ -106,16 +106,16 @@ def coverage(row: dict[str, Any]) -> str:
 
 
 @contextmanager
-def shown(todo: Plan) -> Iterator[None]:
-    """Shows a sweep whose runs live in other processes; a run in this one shows itself."""
+def monitored(todo: Plan) -> Iterator[None]:
+    """Show a sweep whose runs are in other processes; a run in this one shows its own progress."""
     if not todo.beside:
         yield
         return
     console, over = Console(), threading.Event()
-    overview = SweepMonitor(todo.folder, (todo.engine.trials or 0) if todo.engine else len(todo.jobs))
+    monitor = SweepMonitor(todo.folder, (todo.engine.trials or 0) if todo.engine else len(todo.jobs))
     drawn = Live(console=console, auto_refresh=False, transient=True) if sys.stdout.isatty() else nullcontext()
     with drawn as live:
-        watch = threading.Thread(target=keep_looking, args=(overview, over, live), daemon=True)
+        watch = threading.Thread(target=keep_updating, args=(monitor, over, live), daemon=True)
         watch.start()
         try:
             yield
@@ -124,14 +124,14 @@ def shown(todo: Plan) -> Iterator[None]:
             watch.join()
 
 
-def keep_looking(overview: SweepMonitor, over: threading.Event, live: Live | None) -> None:
-    """Until `over`, and once more then: the last states are told too."""
+def keep_updating(monitor: SweepMonitor, over: threading.Event, live: Live | None) -> None:
+    """Show the states until `over`, and then once more."""
     last = False
     while not last:
         last = over.wait(EVERY)
-        changed = overview.look()
+        changed = monitor.update()
         if live:
-            live.update(overview.table(live.console.height), refresh=True)
+            live.update(monitor.table(live.console.height), refresh=True)
         elif changed:
-            with suppress(BrokenPipeError):  # the runs, which write there too, end for it
-                print("\n".join(overview.line(name) for name in changed), overview.count(), sep="\n", flush=True)
+            with suppress(BrokenPipeError):  # the runs write there too, and end because of it
+                print("\n".join(monitor.line(name) for name in changed), monitor.count(), sep="\n", flush=True)

@@ -12,7 +12,7 @@ from curionav_cli.config.schema import Config
 from curionav_cli.config.settings import settings_yaml
 from curionav_cli.errors import RunFolderError
 from curionav_cli.execution.lifecycle import fixed_settings, run_task
-from curionav_cli.execution.precision import settled
+from curionav_cli.execution.precision import with_precision
 from curionav_cli.execution.progress import TrainProgress, line
 from curionav_cli.execution.recorder import TrainRecorder
 from curionav_cli.files import read_json
@@ -26,17 +26,17 @@ EVERY = 100  # iterations between two saves
 
 
 def train(settings: Config, folder: Path) -> RunFolder:
-    """Train in `folder` to the end; a folder that holds the beginning is continued.
+    """Train in `folder` to the end; a training that has begun there is continued.
 
     Raises UserError before anything is written, RunFailed where the run cannot go on.
     """
-    return run_task("train", Training(settled(settings, folder), folder))
+    return run_task("train", Training(with_precision(settings, folder), folder))
 
 
 class Training:
-    """Learning from what stands in `data` when it begins (lifecycle.Task); episodes that come later do not."""
+    """Offline training on the episodes that are in `data` when it begins, not on later ones (lifecycle.Task)."""
 
-    unit = "iteration"
+    unit = key = "iteration"
 
     def __init__(self, settings: Config, folder: Path):
         self.settings, self.run, self.total = settings, RunFolder(folder), settings.loop.iterations
@@ -61,12 +61,12 @@ class Training:
         self.run.write_metrics([row for row in self.run.metrics() if row["iterations"] <= done])
 
     def work(self, agent: Agent, first: int) -> None:
-        """From iteration `first` to the last."""
+        """Train from iteration `first` to the last."""
         run, label = self.run, f"{self.settings.agent.name} seed {self.settings.seed}"
         stored, memory = [self.data / name for name in self.fixed["episodes"]], self.settings.loop.replay_memory * 1e9
         with closing(Replay.open(stored, memory=memory, folder=run.path, every=agent.every)) as replay, \
                 closing(LOGGERS[self.settings.logger.value](run)) as logger, \
-                closing(line(label, first, self.total)) as shown:
-            study = TrainRecorder(run, agent, replay, self.fixed, logger, TrainProgress(shown))
-            run.set_status(state="running", error=None, iteration=first, iterations=self.total, **study.usage())
-            learn(agent, replay, iterations=self.total, every=EVERY, watch=study, first=first)
+                closing(line(label, first, self.total)) as progress:
+            recorder = TrainRecorder(run, agent, replay, self.fixed, logger, TrainProgress(progress))
+            run.set_status(state="running", error=None, iteration=first, iterations=self.total, **recorder.usage())
+            learn(agent, replay, iterations=self.total, every=EVERY, watch=recorder, first=first)

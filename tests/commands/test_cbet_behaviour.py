@@ -29,12 +29,12 @@ ARMS = {
 
 
 @pytest.fixture
-def lived(cli, tmp_path):
+def explored(cli, tmp_path):
     """arm -> the metrics of 40 episodes, seed by seed."""
     (tmp_path / "own" / "env").mkdir(parents=True)
     (tmp_path / "own" / "env" / "hall.yaml").write_text(ROOM)
 
-    def live(arm):
+    def explore(arm):
         runs = []
         for seed in SEEDS:
             words = ["explore", "-cd", "own", "env=hall", "device=cpu", "loop.episodes=40", f"seed={seed}",
@@ -43,7 +43,7 @@ def lived(cli, tmp_path):
             lines = (tmp_path / f"{arm}{seed}" / "metrics.jsonl").read_text().splitlines()
             runs.append([json.loads(line) for line in lines])
         return runs
-    return live
+    return explore
 
 
 def mean(runs, key, which):
@@ -54,8 +54,8 @@ def mean(runs, key, which):
 @pytest.mark.slow
 @pytest.mark.timeout(3600)
 @pytest.mark.filterwarnings("ignore:the key of a picture is degenerate", "ignore:the reward sits at its ceiling")
-def test_it_learns_to_move(lived):
-    runs = {arm: lived(arm) for arm in ARMS}
+def test_it_learns_to_move(explored):
+    runs = {arm: explored(arm) for arm in ARMS}
     last = slice(-1, None)
     cells = {arm: mean(runs[arm], "visited", last) for arm in ARMS}
     blocked = [mean(runs["cbet"], "cancelled", which) for which in (slice(0, BEGIN), slice(-BEGIN, None))]

@@ -18,8 +18,8 @@ from curionav_cli.storage.run_folder import RunFolder
 
 
 @pytest.fixture(scope="module")
-def lived(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    sweep = tmp_path_factory.mktemp("lived") / "sweep"
+def explored(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    sweep = tmp_path_factory.mktemp("explored") / "sweep"
     words = ("-m", "agent=random,bounce", "seed=0,1", "loop.steps=40", "loop.episodes=2", f"hydra.sweep.dir={sweep}")
     with pytest.raises(SystemExit) as stop:
         main(["explore", *words])
@@ -28,8 +28,8 @@ def lived(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture
-def a_sweep(lived: Path, tmp_path: Path) -> Path:
-    return Path(shutil.copytree(lived, tmp_path / "sweep"))
+def a_sweep(explored: Path, tmp_path: Path) -> Path:
+    return Path(shutil.copytree(explored, tmp_path / "sweep"))
 
 
 def test_what_a_run_notes_is_what_its_episodes_hold(cli: Cli, a_sweep: Path) -> None:
@@ -38,9 +38,10 @@ def test_what_a_run_notes_is_what_its_episodes_hold(cli: Cli, a_sweep: Path) -> 
     assert cli("resume", str(longer), "loop.episodes=4").code == 0
     for path in sorted(a_sweep.glob("[0-9]*")):
         run = Run.open(path)
-        told = noted(run.folder, run.plan, run.folder.metrics())
-        assert told is not None and told.curve.found.tolist() == run.curve.found.tolist()
-        assert (told.curve.steps, told.curve.total, told.ends) == (run.curve.steps, run.curve.total, run.readable.ends)
+        recorded = noted(run.folder, run.plan, run.folder.metrics())
+        assert recorded is not None and recorded.curve.found.tolist() == run.curve.found.tolist()
+        assert (recorded.curve.steps, recorded.curve.total) == (run.curve.steps, run.curve.total)
+        assert recorded.ends == run.readable.ends
     assert len(run.folder.metrics()) == 2 and len(RunFolder(longer).metrics()) == 4
 
 
@@ -50,7 +51,7 @@ def test_broken_episodes_of_runs_that_noted_what_they_found_are_named(cli: Cli, 
     cut.write_bytes(cut.read_bytes()[:-100])
     shutil.rmtree(a_sweep / "3_small_room_bounce_1")  # so that the run with the flipped bytes is the arm's best
     data = bytearray(flipped.read_bytes())
-    data[40:-22] = bytes(len(data) - 62)  # all but its end, which is what tells that it was written whole
+    data[40:-22] = bytes(len(data) - 62)  # all but its end, which shows that it was written whole
     flipped.write_bytes(data)
     answer = cli("compare", "sweep", "out=out")
     assert answer.code == 0, answer.error

@@ -74,7 +74,7 @@ def test_what_is_missing_is_named_and_the_rest_shown(cli: Cli, a_run: Path) -> N
     assert answer.code == 0, answer.error
     for said in ("000001.npz is missing. Shown up to there, 40 steps.", "line 3 is torn", "There is no folder nowhere"):
         assert len([line for line in answer.out.splitlines() if said in line]) == 1, (said, answer.out)
-    for word, said in (("film=1", "has no episode 1: it has 0 to 0."), ("episodes=first", "not a list of episodes")):
+    for word, said in (("film=1", "has no episode 1. It has 0 to 0."), ("episodes=first", "not a list of episodes")):
         answer = cli("coverage", "run", word)
         assert answer.code == 2 and said in answer.error
     (a_run / "episodes" / "000000.npz").write_bytes(b"PK")

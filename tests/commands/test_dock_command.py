@@ -1,4 +1,4 @@
-"""curionav dock from the prompt: a handful of homecomings, their tables, a killed run that goes on, wrong words."""
+"""curionav dock from the prompt: a handful of returns to dock, their tables, a killed run that goes on, wrong words."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from curionav_cli.storage.run_folder import RunFolder
 
 SMALL = ("dock", "env=small_room", "loop.steps=25")
 
-# Kills its own process after the seventh homecoming's line, as a power cut would.
+# Kills its own process after the seventh request's line, as a power cut would.
 KILLED = """
 from curionav_cli.execution import docking_trial
 import os, signal
@@ -74,7 +74,7 @@ def test_only_what_differs_in_nothing_but_its_seed_is_counted_together(cli: Cli,
     assert len(each) == 8 and [(one.where["seed"], len(one.docks)) for one in together] == [("2 seeds", 2)] * 2
 
 
-def test_a_killed_run_goes_on_to_the_same_homecomings(cli: Cli, tmp_path: Path) -> None:
+def test_a_killed_run_goes_on_to_the_same_returns_to_dock(cli: Cli, tmp_path: Path) -> None:
     words = [*SMALL, "dock.requests=6"]
     assert cli(*words, "hydra.run.dir=whole").code == 0
     environment = {**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)}
@@ -89,8 +89,8 @@ def test_a_killed_run_goes_on_to_the_same_homecomings(cli: Cli, tmp_path: Path) 
 
 
 def test_the_folder_of_another_command_is_refused(cli: Cli) -> None:
-    assert cli("explore", "agent=random", "loop.steps=5", "loop.episodes=1", "hydra.run.dir=lived").code == 0
-    answer = cli("dock", "env=small_room", "dock.requests=1", "hydra.run.dir=lived")
+    assert cli("explore", "agent=random", "loop.steps=5", "loop.episodes=1", "hydra.run.dir=explored").code == 0
+    answer = cli("dock", "env=small_room", "dock.requests=1", "hydra.run.dir=explored")
     assert answer.code == 2 and "cannot go on with other settings" in answer.error
     assert len(answer.error.strip().splitlines()) == 1
 

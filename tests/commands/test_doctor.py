@@ -15,11 +15,11 @@ from curionav_cli.storage.provenance import PACKAGES
 from curionav_cli.storage.run_folder import RunFolder
 
 
-def test_the_self_test_lives_learns_draws_and_repeats_itself() -> None:
-    what, state, told = doctor.self_test()
-    assert (what, state) == ("self-test", doctor.OK), told
-    assert told.startswith("2 episodes of 12 steps, 8 updates, 4 figures; lived twice: the same bytes (")
-    assert told.endswith(" s of them computing)")
+def test_the_self_test_acts_learns_draws_and_repeats_itself() -> None:
+    what, state, details = doctor.self_test()
+    assert (what, state) == ("self-test", doctor.OK), details
+    assert details.startswith("2 episodes of 12 steps, 8 updates, 4 figures; run twice: the same bytes (")
+    assert details.endswith(" s of them computing)")
 
 
 def test_a_run_that_does_not_repeat_itself_is_broken(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -28,11 +28,11 @@ def test_a_run_that_does_not_repeat_itself_is_broken(monkeypatch: pytest.MonkeyP
         checkpoint.save(run.checkpoints, 1, {}, lambda inner: (inner / "weights").write_text(folder.name))
         return run
     monkeypatch.setattr(doctor.exploration, "explore", another)
-    what, state, told = doctor.self_test()
-    assert (what, state) == ("self-test", doctor.BROKEN) and "not the same bytes" in told
+    what, state, details = doctor.self_test()
+    assert (what, state) == ("self-test", doctor.BROKEN) and "not the same bytes" in details
 
 
-def test_a_run_that_fails_is_told_in_its_own_words(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_run_that_fails_is_reported_in_its_own_words(monkeypatch: pytest.MonkeyPatch) -> None:
     def full(*_: object, **__: object) -> None:
         raise RunFailed("The disk is full.")
     monkeypatch.setattr(doctor.exploration, "explore", full)
@@ -55,7 +55,8 @@ def test_a_folder_that_cannot_be_written_is_broken(monkeypatch: pytest.MonkeyPat
     def locked(*_: object, **__: object) -> None:
         raise PermissionError(13, "Permission denied")
     monkeypatch.setattr(doctor.tempfile, "TemporaryFile", locked)
-    assert [(state, "Permission denied" in told) for _, state, told in doctor.folders()] == [(doctor.BROKEN, True)] * 2
+    findings = [(state, "Permission denied" in details) for _, state, details in doctor.folders()]
+    assert findings == [(doctor.BROKEN, True)] * 2
 
 
 def test_a_queue_that_does_not_answer(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -65,4 +65,4 @@ def test_environments_of_ones_own(cli: Cli, tmp_path: Path, monkeypatch: pytest.
 def test_a_group_that_does_not_exist(cli: Cli) -> None:
     answer = cli("list", "agnet")
     assert answer.code == 2 and answer.out == ""
-    assert answer.error.startswith("There is no group agnet. Did you mean agent? curionav list knows: agent, env")
+    assert answer.error.startswith("There is no group agnet. Did you mean agent? The groups are: agent, env")

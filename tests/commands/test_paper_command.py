@@ -44,35 +44,35 @@ def test_sizes_are_those_of_the_papers_table(cli: Cli, tmp_path: Path) -> None:
 
 
 def test_numbers_are_counted_from_the_run_and_name_it(cli: Cli, tmp_path: Path) -> None:
-    words = ("agent=bounce", "robot=turtlebot2i", "loop.steps=40", "loop.episodes=3", "hydra.run.dir=lived/run")
+    words = ("agent=bounce", "robot=turtlebot2i", "loop.steps=40", "loop.episodes=3", "hydra.run.dir=runs/run")
     assert cli("explore", *words).code == 0
-    answer = cli("paper", "numbers", "lived/run", "nowhere", "out=out")
+    answer = cli("paper", "numbers", "runs/run", "nowhere", "out=out")
     assert answer.code == 0 and "There is no folder nowhere." in answer.out, answer.error
     page = (tmp_path / "out" / "paper-vs-ours.md").read_text()
-    share = json.loads((tmp_path / "lived" / "run" / "status.json").read_text())["coverage"]
-    assert f"| {share:.1%} after 120 steps | 1 | lived |" in page
-    docks = [json.loads(str(np.load(path)["dock"])) for path in sorted((tmp_path / "lived").rglob("0*.npz"))]
+    share = json.loads((tmp_path / "runs" / "run" / "status.json").read_text())["coverage"]
+    assert f"| {share:.1%} after 120 steps | 1 | runs |" in page
+    docks = [json.loads(str(np.load(path)["dock"])) for path in sorted((tmp_path / "runs").rglob("0*.npz"))]
     came = [dock["code"] == "docked" and not dock["human"] for dock in docks if dock]
     assert len(came) == 2 and f"| 572 of 596 (96 %) | {sum(came)} of 2: " in page
     assert "| 23,476 | 23,476 |" in page and "There is no folder nowhere." in page and "fewer than 5 seeds" in page
 
 
 def test_runs_of_dock_are_counted_too(cli: Cli, tmp_path: Path) -> None:
-    words = ("env=small_room", "loop.steps=20", "dock.requests=2", "hydra.run.dir=lived/dock")
+    words = ("env=small_room", "loop.steps=20", "dock.requests=2", "hydra.run.dir=runs/dock")
     assert cli("dock", *words).code == 0
-    assert cli("paper", "numbers", "lived", "out=out").code == 0
-    rows = [json.loads(line) for line in (tmp_path / "lived" / "dock" / "metrics.jsonl").read_text().splitlines()]
+    assert cli("paper", "numbers", "runs", "out=out").code == 0
+    rows = [json.loads(line) for line in (tmp_path / "runs" / "dock" / "metrics.jsonl").read_text().splitlines()]
     docked = sum(row["code"] == "docked" for row in rows)
     assert f"| {docked} of 2: " in (tmp_path / "out" / "paper-vs-ours.md").read_text()
 
 
 def test_the_diagram_has_every_phase_and_what_was_passed_through(tmp_path: Path) -> None:
-    assert set(PLACES) == set(Phase)
+    assert set(PLACES) == {phase.value for phase in Phase}
     room = composed("env=small_room", "agent=bounce", "robot=turtlebot2i", "loop.steps=20")
     moves = diagram.watched(room, 2)
-    assert moves[Phase.idle, Phase.staging] == 2
-    assert sum(count for (_, after), count in moves.items() if after in (Phase.docked, Phase.failed)) == 2
-    drawn = docking_diagram.diagram(moves, ["rescan"], "two").axes[0]
+    assert moves["idle", "nav_to_staging"] == 2
+    assert sum(count for (_, after), count in moves.items() if after in ("docked", "human_intervention")) == 2
+    drawn = docking_diagram.diagram(moves, ["rescan"], ["cancelled"], "two").axes[0]
     words = [text.get_text().replace("\n", "_") for text in drawn.texts]
     assert {phase.value for phase in Phase} <= set(words) and "2" in words
 
@@ -94,7 +94,7 @@ def test_folders_without_a_run_are_refused_and_a_page_stays_what_it_was(cli: Cli
     assert (tmp_path / "out" / "paper-vs-ours.md").read_text() == "mine"
 
 
-def test_homecomings_are_counted_over_the_runs_that_had_any(cli: Cli, tmp_path: Path) -> None:
+def test_returns_to_dock_are_counted_over_the_runs_that_had_any(cli: Cli, tmp_path: Path) -> None:
     short = ("env=small_room", "loop.steps=50", "loop.episodes=1")
     for agent in ("bounce", "cbet"):
         assert cli("explore", *short, f"agent={agent}", f"hydra.run.dir=runs/{agent}").code == 0

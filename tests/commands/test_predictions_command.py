@@ -1,4 +1,4 @@
-"""curionav coverage draws what a run foresaw, alone and over seeds; a run without predictions is no error."""
+"""curionav coverage draws what a run predicted, alone and over seeds; a run without predictions is no error."""
 
 from __future__ import annotations
 

@@ -76,11 +76,11 @@ def test_what_was_asked_for_is_shown_first(cli: Cli, outputs: Path) -> None:
 def test_chosen_and_sorted(cli: Cli, outputs: Path, words: list[str], expected: list[str]) -> None:
     answer = cli("runs", *words)
     assert answer.code == 0 and names(answer.out) == expected
-    assert expected or "is like that" in answer.out
+    assert expected or "matches" in answer.out
 
 
-def test_a_run_that_lives_is_running(cli: Cli, outputs: Path) -> None:
-    with RunFolder(outputs / "day" / "sweep" / "1").alone():
+def test_a_run_in_use_is_running(cli: Cli, outputs: Path) -> None:
+    with RunFolder(outputs / "day" / "sweep" / "1").locked():
         assert names(cli("runs", "state=running").out) == ["sweep/1"]
 
 
@@ -128,7 +128,7 @@ def test_nothing_of_ones_own_is_written_over(cli: Cli, tmp_path: Path) -> None:
     (tmp_path / "mine" / "env").mkdir(parents=True)
     (tmp_path / "mine" / "env" / "my_room.yaml").write_text("precious")
     answer = cli("init", "mine")
-    assert answer.code == 2 and "mine/env/my_room.yaml is there already" in answer.error
+    assert answer.code == 2 and "mine/env/my_room.yaml exists already" in answer.error
     assert not (tmp_path / "mine" / "agent").exists()
     (tmp_path / "file").write_text("")
     assert cli("init", "file").code == 2
@@ -161,7 +161,7 @@ def test_a_sweep_goes_on(cli: Cli, tmp_path: Path) -> None:
     assert "| 2_small_room_random_2 |" in (tmp_path / "sweep" / "table.md").read_text()
 
 
-def test_what_was_lived_is_not_lived_over(cli: Cli, tmp_path: Path) -> None:
+def test_episodes_are_not_overwritten(cli: Cli, tmp_path: Path) -> None:
     """Without its config.yaml a folder is no run, but what it holds took time."""
     assert cli("explore", "-m", *SWEEP, "seed=0,1").code == 0
     run = tmp_path / "sweep" / "1_small_room_random_1"

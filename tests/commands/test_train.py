@@ -45,9 +45,9 @@ app.main()
 
 
 @pytest.fixture(scope="module")
-def lived(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def explored(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A run of three episodes of 12 steps in the small room."""
-    run = tmp_path_factory.mktemp("lived") / "run"
+    run = tmp_path_factory.mktemp("explored") / "run"
     assert here("explore", "agent=random", "loop.steps=12", "loop.episodes=3", f"hydra.run.dir={run}") == 0
     return run
 
@@ -80,8 +80,8 @@ def leftovers(run: Path) -> dict:
     return {**files, "status": status(run), "fixed": (run / "fixed.json").read_bytes()}
 
 
-def test_a_training_leaves_what_a_life_leaves_but_for_the_life(cli: Cli, lived: Path, often: None) -> None:
-    answer = cli("train", *TINY, f"data={lived}", "loop.iterations=7", "hydra.run.dir=trained")
+def test_a_training_leaves_what_an_exploration_leaves_but_for_episodes(cli: Cli, explored: Path, often: None) -> None:
+    answer = cli("train", *TINY, f"data={explored}", "loop.iterations=7", "hydra.run.dir=trained")
     assert answer.code == 0, answer.error
     run = Path("trained").absolute()
     assert [row["iterations"] for row in rows(run)] == [3, 6, 7]
@@ -94,13 +94,14 @@ def test_a_training_leaves_what_a_life_leaves_but_for_the_life(cli: Cli, lived: 
     assert json.loads((run / "run.json").read_text())["command"].startswith("curionav train env=small_room")
     assert "iteration 6/7" in answer.out and "curionav resume trained loop.iterations=" in answer.out
     assert not (run / "episodes").exists()
-    told = cli("coverage", "trained")
-    assert told.code == 2 and "nobody lived in it" in told.error and len(told.error.splitlines()) == 1
+    answer = cli("coverage", "trained")
+    assert answer.code == 2 and "offline training runs no episodes" in answer.error
+    assert len(answer.error.splitlines()) == 1
 
 
-def test_its_checkpoint_is_that_of_a_life(cli: Cli, lived: Path) -> None:
-    """What it learned acts in the world, as an agent that a life is resumed with does."""
-    words = (f"data={lived}", "loop.iterations=4", "hydra.run.dir=trained")
+def test_its_checkpoint_is_that_of_an_exploration(cli: Cli, explored: Path) -> None:
+    """What it learned acts in the world, as an agent that is loaded to resume a run does."""
+    words = (f"data={explored}", "loop.iterations=4", "hydra.run.dir=trained")
     assert cli("train", *TINY, *words).code == 0
     settings = read_settings(Path("trained/config.yaml"))
     world, folder = build.scene(settings), checkpoint.finished(Path("trained/checkpoint"))[-1]
@@ -116,10 +117,10 @@ def test_its_checkpoint_is_that_of_a_life(cli: Cli, lived: Path) -> None:
     assert Path("weights.safetensors").read_bytes() == (folder / "weights.safetensors").read_bytes()
 
 
-def test_a_run_a_sweep_and_a_folder_of_episodes_serve(cli: Cli, lived: Path, tmp_path: Path) -> None:
-    shutil.copytree(lived, tmp_path / "sweep" / "0_a")
-    shutil.copytree(lived, tmp_path / "sweep" / "1_b")
-    for name, data, steps in (("run", lived, 36), ("folder", lived / "episodes", 36), ("sweep", "sweep", 72)):
+def test_a_run_a_sweep_and_a_folder_of_episodes_serve(cli: Cli, explored: Path, tmp_path: Path) -> None:
+    shutil.copytree(explored, tmp_path / "sweep" / "0_a")
+    shutil.copytree(explored, tmp_path / "sweep" / "1_b")
+    for name, data, steps in (("run", explored, 36), ("folder", explored / "episodes", 36), ("sweep", "sweep", 72)):
         answer = cli("train", *TINY, f"data={data}", "loop.iterations=2", f"hydra.run.dir={name}")
         assert answer.code == 0, answer.error
         assert status(tmp_path / name)["replay"]["steps"] == steps
@@ -129,21 +130,21 @@ def test_a_run_a_sweep_and_a_folder_of_episodes_serve(cli: Cli, lived: Path, tmp
 
 
 @pytest.fixture(scope="module")
-def undisturbed(tmp_path_factory: pytest.TempPathFactory, lived: Path) -> dict:
+def undisturbed(tmp_path_factory: pytest.TempPathFactory, explored: Path) -> dict:
     run = tmp_path_factory.mktemp("undisturbed") / "run"
     with pytest.MonkeyPatch.context() as patched:
         patched.setattr(training, "EVERY", 3)
-        assert here("train", *TINY, f"data={lived}", "loop.iterations=9", f"hydra.run.dir={run}") == 0
+        assert here("train", *TINY, f"data={explored}", "loop.iterations=9", f"hydra.run.dir={run}") == 0
     return leftovers(run)
 
 
 @pytest.mark.parametrize("moment", [
     "between", *(pytest.param(moment, marks=pytest.mark.slow) for moment in ("beginning", "training", "saving"))])
 def test_a_killed_training_ends_as_an_undisturbed_one(
-        cli: Cli, tmp_path: Path, lived: Path, undisturbed: dict, often: None, moment: str) -> None:
+        cli: Cli, tmp_path: Path, explored: Path, undisturbed: dict, often: None, moment: str) -> None:
     """Also where the data has grown meanwhile, moved, and stands on the disk."""
     data, run = tmp_path / "data", tmp_path / "run"
-    shutil.copytree(lived, data)
+    shutil.copytree(explored, data)
     words = ("train", *TINY, f"data={data}", "loop.iterations=9", "loop.replay_memory=0", f"hydra.run.dir={run}")
     environment = {**os.environ, "OMP_NUM_THREADS": "1", "NO_COLOR": "1"}
     killed = subprocess.run([sys.executable, "-c", KILLED, moment, *words], capture_output=True, text=True,
@@ -158,8 +159,8 @@ def test_a_killed_training_ends_as_an_undisturbed_one(
 
 
 def test_a_finished_training_returns_at_once_and_may_become_longer(
-        cli: Cli, lived: Path, undisturbed: dict, often: None, tmp_path: Path) -> None:
-    words = ("train", *TINY, f"data={lived}", "loop.iterations=6", "hydra.run.dir=run")
+        cli: Cli, explored: Path, undisturbed: dict, often: None, tmp_path: Path) -> None:
+    words = ("train", *TINY, f"data={explored}", "loop.iterations=6", "hydra.run.dir=run")
     assert cli(*words).code == 0
     before = (tmp_path / "run" / "metrics.jsonl").stat().st_mtime_ns
     assert cli(*words).code == 0 and cli("resume", "run").code == 0
@@ -171,8 +172,8 @@ def test_a_finished_training_returns_at_once_and_may_become_longer(
     assert refused.code == 2 and "only loop.iterations, data, env.map" in refused.error
 
 
-def test_changed_episodes_are_refused_by_name(cli: Cli, lived: Path, tmp_path: Path) -> None:
-    shutil.copytree(lived, tmp_path / "data")
+def test_changed_episodes_are_refused_by_name(cli: Cli, explored: Path, tmp_path: Path) -> None:
+    shutil.copytree(explored, tmp_path / "data")
     assert cli("train", *TINY, "data=data", "loop.iterations=2", "hydra.run.dir=run").code == 0
     shutil.copy(tmp_path / "data" / "episodes" / "000000.npz", tmp_path / "data" / "episodes" / "000001.npz")
     refused = cli("resume", "run", "loop.iterations=4")
@@ -186,8 +187,8 @@ def test_changed_episodes_are_refused_by_name(cli: Cli, lived: Path, tmp_path: P
     assert len(refused.error.splitlines()) == 1
 
 
-def test_a_sweep_of_trainings(cli: Cli, lived: Path, tmp_path: Path) -> None:
-    answer = cli("train", "-m", *TINY, f"data={lived}", "seed=0,1", "loop.iterations=2", "hydra.sweep.dir=sweep")
+def test_a_sweep_of_trainings(cli: Cli, explored: Path, tmp_path: Path) -> None:
+    answer = cli("train", "-m", *TINY, f"data={explored}", "seed=0,1", "loop.iterations=2", "hydra.sweep.dir=sweep")
     assert answer.code == 0, answer.error
     runs = sorted((tmp_path / "sweep").glob("*/status.json"))
     assert [status(path.parent)["iteration"] for path in runs] == [2, 2]
@@ -196,10 +197,10 @@ def test_a_sweep_of_trainings(cli: Cli, lived: Path, tmp_path: Path) -> None:
     assert [status(path.parent)["iteration"] for path in runs] == [3, 3]
 
 
-def harmed(folder: Path, lived: Path, harm: str) -> None:
+def harmed(folder: Path, explored: Path, harm: str) -> None:
     """A folder of episodes with something wrong in it."""
     folder.mkdir()
-    source = lived / "episodes" / "000000.npz"
+    source = explored / "episodes" / "000000.npz"
     if harm == "torn":
         (folder / "a.npz").write_bytes(source.read_bytes()[:-40])
     if harm == "flipped":
@@ -209,10 +210,10 @@ def harmed(folder: Path, lived: Path, harm: str) -> None:
         episode = Episode.load(source)
         replace(episode, image=episode.image[:, ::2, ::2].copy()).save(folder / "a.npz")
     if harm == "hole":
-        shutil.copytree(lived, folder, dirs_exist_ok=True)
+        shutil.copytree(explored, folder, dirs_exist_ok=True)
         (folder / "episodes" / "000001.npz").unlink()
     if harm == "plan":
-        shutil.copy(lived / "plan.npz", folder)
+        shutil.copy(explored / "plan.npz", folder)
 
 
 @pytest.mark.parametrize(("harm", "words", "said"), [
@@ -224,16 +225,16 @@ def harmed(folder: Path, lived: Path, harm: str) -> None:
     ("hole", (), "data/episodes/000001.npz is missing, and 000002.npz is there"),
     ("", ("data=nowhere",), "data: there is no folder nowhere"),
     ("", ("data=null",), "train needs data"),
-    ("", ("data=LIVED", "loop.iterations=0"), "loop.iterations=0 trains nothing"),
-    ("", ("data=LIVED", "agent.sequence_length=14"), "agent.sequence_length=14 does not fit into the longest episode"),
-    ("", ("data=LIVED", "agent.action_repeat=2", "agent.sequence_length=4"),
-     "was lived by one who did not hold its actions for 2 steps, as agent.action_repeat=2 needs it"),
-    ("", ("data=LIVED", "env=large_lab"), "was lived in small_room, not in large_lab. Add env=small_room"),
+    ("", ("data=DATA", "loop.iterations=0"), "loop.iterations=0 trains nothing"),
+    ("", ("data=DATA", "agent.sequence_length=14"), "agent.sequence_length=14 does not fit into the longest episode"),
+    ("", ("data=DATA", "agent.action_repeat=2", "agent.sequence_length=4"),
+     "was recorded without agent.action_repeat=2: its actions are not held for 2 steps"),
+    ("", ("data=DATA", "env=large_lab"), "was recorded in small_room, not in large_lab. Add env=small_room"),
 ])
-def test_what_cannot_be_trained_from_is_told_in_one_line(
-        cli: Cli, lived: Path, tmp_path: Path, harm: str, words: tuple[str, ...], said: str) -> None:
-    harmed(tmp_path / "data", lived, harm)
-    given = {word.partition("=")[0]: word.replace("LIVED", str(lived)) for word in ("data=data", *TINY, *words)}
+def test_what_cannot_be_trained_from_is_answered_in_one_line(
+        cli: Cli, explored: Path, tmp_path: Path, harm: str, words: tuple[str, ...], said: str) -> None:
+    harmed(tmp_path / "data", explored, harm)
+    given = {word.partition("=")[0]: word.replace("DATA", str(explored)) for word in ("data=data", *TINY, *words)}
     answer = cli("train", *given.values(), "hydra.run.dir=run")
     assert answer.code == 2 and said in answer.error, answer.error
     assert len(answer.error.strip().splitlines()) == 1
@@ -241,20 +242,20 @@ def test_what_cannot_be_trained_from_is_told_in_one_line(
         assert not (tmp_path / "run").exists()
 
 
-def test_who_does_not_learn_is_not_trained_and_who_explores_needs_no_data(cli: Cli, lived: Path) -> None:
-    for agent, said in (("random", "does not learn,"), ("cbet", "learns only from what it has just lived,")):
-        answer = cli("train", f"agent={agent}", f"data={lived}")
+def test_an_agent_that_does_not_learn_is_not_trained_and_exploring_needs_no_data(cli: Cli, explored: Path) -> None:
+    for agent, said in (("random", "does not learn,"), ("cbet", "learns only from the episode it has just run,")):
+        answer = cli("train", f"agent={agent}", f"data={explored}")
         assert answer.code == 2 and answer.error.startswith(f"agent={agent} {said}")
         assert len(answer.error.splitlines()) == 1
-    answer = cli("explore", "agent=random", f"data={lived}")
+    answer = cli("explore", "agent=random", f"data={explored}")
     assert answer.code == 2 and answer.error.startswith("data=... is what curionav train learns from")
 
 
-def test_a_full_disk_ends_a_training_as_it_ends_a_life(
-        cli: Cli, lived: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_full_disk_ends_a_training_as_it_ends_an_exploration(
+        cli: Cli, explored: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     def full(*_: object) -> None:
         raise OSError(28, "No space left on device")
-    words = ("train", *TINY, f"data={lived}", "loop.iterations=2", "loop.replay_memory=0", "hydra.run.dir=run")
+    words = ("train", *TINY, f"data={explored}", "loop.iterations=2", "loop.replay_memory=0", "hydra.run.dir=run")
     with monkeypatch.context() as patched:
         patched.setattr("curionav_cli.storage.scratch.os.pwrite", full)
         answer = cli(*words)

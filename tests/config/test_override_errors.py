@@ -61,7 +61,7 @@ TYPED = {
     "hydra.run.dir=": ["hydra.run.dir is empty. Name a folder, or leave it out."],
     "-m seed=0,1 launcher=cores hydra.launcher.n_jobs=0": ["hydra.launcher.n_jobs=0 runs nothing."],
     "env.map=office.yaml": ["opens a ROS map, and env=small_room has a size of its own. Add env=map."],
-    "~seed": ["~seed: a setting is given another value, never removed."],
+    "~seed": ["~seed: a setting can be changed, not removed. Give it another value."],
     "env.name='a": ["cannot be read as key=value"],
 }
 

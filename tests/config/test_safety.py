@@ -1,4 +1,4 @@
-"""Configs and files of a stranger: nothing in them is called, nothing is written elsewhere, nothing unfolds."""
+"""Configs and files from elsewhere: nothing in them is called, nothing is written elsewhere, nothing unfolds."""
 
 from __future__ import annotations
 

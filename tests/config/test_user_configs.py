@@ -47,7 +47,8 @@ def test_an_option_of_ones_own_is_suggested(cli: Cli, own: Path) -> None:
 
 def test_a_missing_directory(cli: Cli) -> None:
     answer = cli("explore", "-cd", "nowhere")
-    assert answer.code == 2 and answer.error.strip() == "--config-dir: there is no directory nowhere."
+    assert answer.code == 2
+    assert answer.error.strip() == "--config-dir: there is no directory nowhere. Name one that exists."
 
 
 WRONG = {

@@ -12,7 +12,7 @@ from curionav_cli.errors import RunFailed, UserError
 from curionav_cli.storage.run_folder import RunFolder
 
 
-def live(settings: Config, folder: Path) -> dict[str, Any]:
+def work(settings: Config, folder: Path) -> dict[str, Any]:
     """Fails by its seed: 13 unexpectedly, 14 as a run, 15 as a user's mistake, 16 by Ctrl-C, 17 is killed."""
     if settings.seed == 13:
         raise ZeroDivisionError("unlucky")
@@ -25,9 +25,9 @@ def live(settings: Config, folder: Path) -> dict[str, Any]:
     if settings.seed == 17:
         begin(RunFolder(folder))
         os.kill(os.getpid(), signal.SIGKILL)
-    (folder / "lived").write_text(f"{settings.agent.name} {settings.seed} {os.getpid()}")
-    told = (os.environ.get(name, "") for name in ("OMP_NUM_THREADS", "OMP_WAIT_POLICY"))
-    (folder / "threads").write_text(" ".join(told))
+    (folder / "ran").write_text(f"{settings.agent.name} {settings.seed} {os.getpid()}")
+    threads = (os.environ.get(name, "") for name in ("OMP_NUM_THREADS", "OMP_WAIT_POLICY"))
+    (folder / "threads").write_text(" ".join(threads))
     return {"seed": settings.seed}
 
 

@@ -20,7 +20,7 @@ from curionav_cli.config.schema import Config, Device, Scale
 from curionav_cli.config.settings import read_settings
 from curionav_cli.config.sources import opened
 from curionav_cli.execution.exploration import Exploration, explore
-from curionav_cli.execution.precision import settled
+from curionav_cli.execution.precision import with_precision
 from curionav_cli.storage.run_folder import RunFolder
 
 SLOW, QUICK = Rates(70, 0.92), Rates(78, 900)
@@ -56,7 +56,7 @@ def test_what_auto_becomes_is_logged_and_never_called_slow(
         capsys: pytest.CaptureFixture[str], scale: Scale, rates: Rates, chosen: str) -> None:
     machine(rates)
     with caplog.at_level("INFO", logger="curionav"):
-        found = settled(replace(settings, scale=scale), tmp_path)
+        found = with_precision(replace(settings, scale=scale), tmp_path)
     assert found == named(replace(settings, scale=scale), Precision(chosen))
     assert f"agent.precision=auto is {chosen} here (float32 7" in caplog.text and not capsys.readouterr().out
 
@@ -69,7 +69,7 @@ def test_a_named_one_is_obeyed_and_said_to_be_slow(
         word: str, rates: Rates, slow: bool) -> None:
     machine(rates)
     asked = named(settings, Precision(word))
-    assert settled(asked, tmp_path) == asked
+    assert with_precision(asked, tmp_path) == asked
     assert (f"agent.precision={word} is the slow one" in capsys.readouterr().out) == slow
 
 
@@ -78,7 +78,7 @@ def test_cuda_is_not_measured(settings: Config, monkeypatch: pytest.MonkeyPatch,
     monkeypatch.setattr(arithmetic, "rates", lambda: pytest.fail("measured"))
     on_gpu = replace(settings, device=Device.cuda)
     assert build.automatic(on_gpu) is Precision.bfloat16
-    assert settled(named(on_gpu, Precision.float32), tmp_path) == named(on_gpu, Precision.float32)
+    assert with_precision(named(on_gpu, Precision.float32), tmp_path) == named(on_gpu, Precision.float32)
 
 
 def test_robot_and_server_need_not_choose_alike(settings: Config, machine: Callable[[Rates], None],
@@ -86,7 +86,7 @@ def test_robot_and_server_need_not_choose_alike(settings: Config, machine: Calla
     shared = []
     for rates in (SLOW, QUICK):
         machine(rates)
-        shared.append(Exploration(settled(settings, tmp_path), tmp_path).shared)
+        shared.append(Exploration(with_precision(settings, tmp_path), tmp_path).shared)
     assert shared[0] == shared[1] and shared[0]["agent"]["name"] == "lbs_dreamer"
 
 

@@ -39,7 +39,7 @@ def test_a_training_tells_its_iterations(clock: list[float], capsys: pytest.Capt
         "lbs_dreamer seed 0: iteration 200/400, 2.0 iterations/s, 1 min 40 s left\n")
 
 
-def test_hours_are_told_as_hours(clock: list[float]) -> None:
+def test_hours_are_written_as_hours(clock: list[float]) -> None:
     report = progress.PlainLine("random seed 0", first=0, total=101)
     clock[0] = 120.0
     report.finished(1, "episode 1")

@@ -77,18 +77,18 @@ def test_a_robot_and_a_server_make_what_one_process_makes(cli: Cli, tmp_path: Pa
             server.kill()
     assert robot.code == 0, robot.error
     assert cli("explore", *LEARNER, "hydra.run.dir=here").code == 0
-    here, there, lived = (tmp_path / name for name in ("here", "server", "robot"))
+    here, there, robot = (tmp_path / name for name in ("here", "server", "robot"))
     assert weights(there) == weights(here)
     assert metrics(there) == metrics(here)
     for index in range(4):
         name = f"episodes/{index:06d}.npz"
-        assert (lived / name).read_bytes() == (there / name).read_bytes() == (here / name).read_bytes()
+        assert (robot / name).read_bytes() == (there / name).read_bytes() == (here / name).read_bytes()
         name = f"predictions/{index:06d}.npz"
         assert (there / name).read_bytes() == (here / name).read_bytes()
-    rows = [json.loads(line) for line in (lived / "metrics.jsonl").read_text().splitlines()]
+    rows = [json.loads(line) for line in (robot / "metrics.jsonl").read_text().splitlines()]
     assert [row["weights_version"] for row in rows] == [0, 1, 2, 3]
-    assert [name[:6] for name in names(lived / "weights")] == ["000003", "000003", "000004", "000004"]
-    assert names(lived / "outbox") == ["sent"] and len(names(lived / "outbox" / "sent")) == 4
+    assert [name[:6] for name in names(robot / "weights")] == ["000003", "000003", "000004", "000004"]
+    assert names(robot / "outbox") == ["sent"] and len(names(robot / "outbox" / "sent")) == 4
     assert len(names(kept / "episodes")) == 8 and "LATEST.json" in names(kept / "weights")
     shared = {path.name for path in kept.rglob("*") if path.suffix not in (".npz", ".json", ".safetensors", "")}
     assert shared == set()
@@ -137,8 +137,8 @@ def test_a_killed_server_ends_as_a_quiet_one(
 
 
 @pytest.mark.slow
-def test_a_robot_that_fell_lives_its_episode_again_as_it_was(tmp_path: Path, cli: Cli, quiet: dict[str, bytes]) -> None:
-    """Newer weights came meanwhile, and wait until it was lived again: nothing comes twice."""
+def test_a_killed_robot_runs_its_episode_again_as_it_was(tmp_path: Path, cli: Cli, quiet: dict[str, bytes]) -> None:
+    """Newer weights came meanwhile, and wait until the episode was run again: nothing comes twice."""
     storage, robot = (tmp_path / "storage").as_uri(), tmp_path / "robot"
     fallen = KILLED.replace('if moment == "fetched"', """
 if moment == "checkpoint": at(RunFolder, "append_metrics", lambda run, row: row["episode"] == 2)

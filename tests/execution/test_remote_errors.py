@@ -18,11 +18,11 @@ SECRET = "wJalrXUtnFEMI"
 
 
 @pytest.mark.parametrize(("line", "said"), [
-    (("explore", "learner=remote"), "learner=remote needs a place where robot and server meet: storage=file:///"),
+    (("explore", "learner=remote"), "learner=remote needs a storage for robot and server: storage=file:///"),
     (("explore", "storage=file:///x"), "add learner=remote"),
     (("explore", "learner=remote", f"storage=s3://AKIA:{SECRET}@bucket/x"), "keys and passwords do not belong into a"),
     (("explore", "learner=remote", "storage=file:///x", "agent=random"), "agent=random does not learn, so no server"),
-    (("explore", "learner=remote", "storage=file:///x", "agent=cbet"), "learns only from what it has just lived"),
+    (("explore", "learner=remote", "storage=file:///x", "agent=cbet"), "learns only from the episode it has just run"),
     (("explore", "learner=remote", "storage=file:///x", "loop.iterations=0"), "loop.iterations=0 trains nothing"),
     (("train", "storage=file:///x", "data=y"), "data=... and storage=... are two places to learn from"),
     (("train", "storage=file:///x", "learner=remote"), "learner=remote is for the robot, curionav explore"),
@@ -39,8 +39,8 @@ def test_what_cannot_be_meant_is_answered_before_anything_is_written(
     assert not (tmp_path / "run").exists()
 
 
-def test_places_that_are_none_begin_no_life(cli: Cli, tmp_path: Path) -> None:
-    """A file where the folder should be; a folder of another life."""
+def test_places_that_are_no_storage_begin_no_run(cli: Cli, tmp_path: Path) -> None:
+    """A file where the folder should be; a folder of another run."""
     (tmp_path / "file").touch()
     for line in (("explore", "learner=remote"), ("train",)):
         answer = cli(line[0], *at_storage("file:///proc/none", line[0], *line[1:]))
@@ -52,8 +52,8 @@ def test_places_that_are_none_begin_no_life(cli: Cli, tmp_path: Path) -> None:
         assert not list(tmp_path.glob("*/episodes/*"))
 
 
-def test_episodes_that_stay_in_the_outbox_are_told_at_the_end(cli: Cli, tmp_path: Path) -> None:
-    """Of a life that is done but for that; the same command delivers them."""
+def test_episodes_that_stay_in_the_outbox_are_reported_at_the_end(cli: Cli, tmp_path: Path) -> None:
+    """Of a run that is done but for that; the same command delivers them."""
     away = tmp_path / "storage"
     away.touch()
     line = ("explore", *at_storage(away.as_uri(), "robot", "learner=remote", "remote.offline=0", "remote.wait=0",

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from curionav_cli.execution.recorder import belief
+from curionav_cli.execution.recorder import estimate_error
 from curionav_cli.results import beliefs
 from curionav_cli.results.runs import Run, dock_returns
 from curionav_cli.storage.run_folder import RunFolder
@@ -43,8 +43,8 @@ def test_the_paths_of_an_ideal_robot_are_not_drawn(tmp_path, an_episode, a_plan)
 def test_metrics_hold_the_error_of_the_estimate_and_how_the_robot_returned(an_episode):
     plain = an_episode()
     robot = replace(plain, estimate=plain.pose + [0.3, 0.4, 2 * np.pi - 0.1], dock={"human": True})
-    assert belief(plain) == {}
-    assert belief(robot) == pytest.approx({"position_error": 0.5, "yaw_error": np.degrees(0.1), "docked": False,
+    assert estimate_error(plain) == {}
+    assert estimate_error(robot) == pytest.approx({"position_error": 0.5, "yaw_error": np.degrees(0.1), "docked": False,
                                            "carried": True})
-    rows = [{}, belief(robot), belief(replace(robot, dock={"human": False}))]
+    rows = [{}, estimate_error(robot), estimate_error(replace(robot, dock={"human": False}))]
     assert dock_returns(rows) == {"docked": 1, "carried": 1} and dock_returns([{}]) == {}

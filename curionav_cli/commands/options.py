@@ -1,0 +1,94 @@
+"""Every argument and option of the command line, as Typer takes them; app.py names the commands that have them."""
+
+from __future__ import annotations
+
+import importlib
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from curionav_cli.commands.settings_help import Kind, Part
+
+HELP = {"help_option_names": ["-h", "--help"]}
+MARKING = "Which cells a step marks: landing, swept or footprint."
+DENOMINATOR = "Which cells coverage is a share of: visitable or floor."
+OUT = "The folder to write into."
+
+
+def complete(ctx: typer.Context, incomplete: str) -> list[str]:
+    """Completions of a setting; under bash only the piece after '=', which is what bash replaces."""
+    from curionav_cli.config.completion import completions, shell_words
+
+    words = [str(word) for word in ctx.params.get("overrides") or ()]
+    word, replaced = incomplete, incomplete
+    bash = shell_words()
+    if bash:
+        words, word = [word for word in bash[0][2:-1] if "=" in word], bash[0][-1]
+        replaced = bash[1]
+    kept = len(word) - len(replaced)
+    found = completions(str(ctx.info_name), words, word, ctx.params.get("config_dir"))
+    return [whole[kept:] for whole in found]
+
+
+def option(command: str, key: str, about: str) -> Any:
+    """A Typer option --key of commands/<command>.py, completed by the values of its CHOICES."""
+    def values(incomplete: str) -> list[str]:
+        choices = importlib.import_module(f"curionav_cli.commands.{command}").CHOICES[key]
+        return [value for value in choices if value.startswith(incomplete)]
+    return typer.Option(f"--{key}", metavar="", autocompletion=values, show_default=False, help=about)
+
+
+def folders(metavar: str, about: str) -> Any:
+    """The folders that a command reads; its options may also stand among them as KEY=VALUE."""
+    return typer.Argument(metavar=metavar, show_default=False, help=about)
+
+
+Overrides = Annotated[list[str] | None, typer.Argument(
+    metavar="SETTING=VALUE", autocompletion=complete, show_default=False,
+    help="As in env=small_room seed=1; with -m also several values, as in seed=0,1,2.")]
+Multirun = Annotated[bool, typer.Option("-m", "--multirun", help="Run every combination of the values.")]
+Cfg = Annotated[Part | None, typer.Option("--cfg", help="Print the settings instead of running.")]
+Resolve = Annotated[bool, typer.Option("--resolve", help="With --cfg: resolve interpolations.")]
+Package = Annotated[str | None, typer.Option("-p", "--package", help="With --cfg: only this part, such as agent.")]
+Info = Annotated[Kind | None, typer.Option("--info", help="Print where the settings come from.")]
+ConfigDir = Annotated[Path | None, typer.Option(
+    "-cd", "--config-dir", help="Your own directory with env/, agent/ ...; or set CURIONAV_CONFIG_PATH.")]
+
+RunFolders = Annotated[list[str] | None, folders("DIR", "Folders to look through; without any, outputs.")]
+State = Annotated[str | None, option("runs", "state", "Only running, done, failed, interrupted or broken runs.")]
+Env = Annotated[str | None, option("runs", "env", "Only runs in this environment.")]
+AgentName = Annotated[str | None, option("runs", "agent", "Only runs of this agent.")]
+Seed = Annotated[str | None, option("runs", "seed", "Only runs with this seed.")]
+Sort = Annotated[str | None, option("runs", "sort", "By age, coverage, size, state, env, agent, seed or run.")]
+
+CoverageFolders = Annotated[list[str] | None, folders("RUN", "Folders of runs or sweeps.")]
+CoverageMarking = Annotated[str | None, option("coverage", "marking", f"{MARKING} Default: all.")]
+CoverageDenominator = Annotated[str | None, option("coverage", "denominator", f"{DENOMINATOR} Default: both.")]
+Episodes = Annotated[str | None, option("coverage", "episodes", "Draw the paths of these episodes: 0,5,last.")]
+Film = Annotated[str | None, option("coverage", "film", "Make a .webm film of these episodes: 0,last.")]
+CoverageOut = Annotated[str | None, option(
+    "coverage", "out", f"{OUT} The runs of an environment are then also drawn side by side.")]
+
+CompareFolders = Annotated[list[str] | None, folders("RUN", "Folders of runs or sweeps.")]
+Baseline = Annotated[str | None, option(
+    "compare", "baseline", "The arm to compare all others with, by its label, such as random.")]
+At = Annotated[str | None, option("compare", "at", "Also show coverage after so many steps: 1000,5000.")]
+CompareMarking = Annotated[str | None, option("compare", "marking", f"{MARKING} Default: landing.")]
+CompareDenominator = Annotated[str | None, option("compare", "denominator", f"{DENOMINATOR} Default: visitable.")]
+CompareOut = Annotated[str | None, option("compare", "out", OUT)]
+
+PaperWords = Annotated[list[str] | None, folders(
+    "WHAT [RUN]", "hyperparameters: the paper's and ours; sizes: of the scenes; docking: the diagram of the docking "
+    "server; numbers: every number of the paper beside ours, from these runs.")]
+PaperOut = Annotated[str | None, option("paper", "out", f"{OUT} Default: the current one.")]
+
+NewFolder = Annotated[Path, typer.Argument(metavar="DIR", help="The directory to make or to add to.")]
+Group = Annotated[str | None, typer.Argument(
+    metavar="GROUP", show_default=False, help="One of agent, env, experiment, launcher, robot, scale.")]
+BegunFolder = Annotated[Path, typer.Argument(metavar="DIR", help="The folder of a run or a sweep.")]
+Changes = Annotated[list[str] | None, typer.Argument(
+    metavar="SETTING=VALUE", show_default=False,
+    help="To make it longer: loop.episodes, loop.iterations or dock.requests; of a search hydra.sweeper.n_trials. "
+         "Also where files and storage are, logger, compile, loop.replay_memory.")]
+Failed = Annotated[bool, typer.Option("--failed", help="Of a sweep: also run again what failed.")]
