@@ -87,7 +87,7 @@ def write(pictures: Iterable[np.ndarray], path: Path) -> None:
         file = Path(folder) / "film.webm"
         encode(pictures, file)
         film = file.read_bytes()
-    write_bytes(path, settled(film))
+    write_bytes(path, with_fixed_track(film))
 
 
 def encode(pictures: Iterable[np.ndarray], file: Path) -> None:
@@ -118,7 +118,7 @@ def quiet() -> Iterator[None]:
         os.close(nowhere)
 
 
-def settled(film: bytes) -> bytes:
+def with_fixed_track(film: bytes) -> bytes:
     """Replace the random number of the film's only track by 1."""
     at = film.index(TRACK) + len(TRACK)
     return film.replace(film[at:at + 8], (1).to_bytes(8, "big"))

@@ -63,7 +63,7 @@ def labels(names: Sequence[str], settings: Sequence[Settings], presets: Sequence
 
 def scene_name(env: Settings) -> str:
     """Name of a world: its scene's, its ROS map's file, or that file's folder where it is just map.yaml."""
-    return endings(env["map"])[0] if env.get("map") else env["name"]
+    return path_names(env["map"])[0] if env.get("map") else env["name"]
 
 
 def world_labels(envs: Sequence[Settings], worlds: Sequence[Settings]) -> list[str]:
@@ -83,7 +83,7 @@ def world_labels(envs: Sequence[Settings], worlds: Sequence[Settings]) -> list[s
     return labels(names, worlds, [""] * len(names))
 
 
-def endings(path: str) -> list[str]:
+def path_names(path: str) -> list[str]:
     """Names for a file, from short to long: office, north/office ... For map.yaml they begin with its folder."""
     whole = Path(path).resolve()
     parts = whole.with_suffix("").parts[1:]
@@ -93,7 +93,7 @@ def endings(path: str) -> list[str]:
 
 def distinct_names(paths: Sequence[str]) -> dict[str, str]:
     """Find for each path the shortest of its endings that no other path has."""
-    names = {path: endings(path) for path in paths}
+    names = {path: path_names(path) for path in paths}
     taken = Counter(name for ways in names.values() for name in set(ways))
     return {path: next((name for name in ways if taken[name] == 1), path) for path, ways in names.items()}
 

@@ -68,14 +68,14 @@ def compare(runs: Sequence[RunSummary]) -> Comparison:
     arms = labels([run.agent for run in runs], [run.arm for run in runs], [run.preset for run in runs])
     envs = world_labels([run.env for run in runs], [run.world for run in runs])
     names = dict(zip(runs, zip(envs, arms)))
-    left_out = again(names)
+    left_out = duplicates(names)
     fields = [field_of(env, {run: names[run][1] for run in runs if names[run][0] == env}, left_out)
               for env in dict.fromkeys(envs)]
     present = {arm: run.agent for run, (_, arm) in names.items() if run not in left_out}
     return Comparison([field.ordered(present) for field in fields], present, names, left_out)
 
 
-def again(names: dict[RunSummary, tuple[str, str]]) -> dict[RunSummary, str]:
+def duplicates(names: dict[RunSummary, tuple[str, str]]) -> dict[RunSummary, str]:
     """Find runs that another stands for already: whole ones and long ones stand first."""
     first: dict[tuple[str, str, int], RunSummary] = {}
     for run in sorted(names, key=lambda run: (not run.whole, -run.steps)):
