@@ -49,8 +49,8 @@ from curionav_cli.storage.replay import Replay
 os.environ |= {"OMP_NUM_THREADS": "1", "OMP_WAIT_POLICY": "PASSIVE"}  # as the command line sets them, before torch
 MARK, BUCKET, LINK = fingerprint({"benchmark": 1}), "bucket", 20e6 / 8  # bytes a second
 EPISODES = 5
-LIFE = 300.0  # seconds of a robot's episode: the paper says approximately 5 minutes for 500 steps
-NOBODY = SimpleNamespace(acted=lambda step: None, learned=lambda i: None, predicted=lambda index, foresight: None)
+EPISODE_SECONDS = 300.0  # seconds of a robot's episode: the paper says approximately 5 minutes for 500 steps
+NO_CALLBACKS = SimpleNamespace(acted=lambda step: None, learned=lambda i: None, predicted=lambda index, made: None)
 
 
 def settings(*words: str) -> Config:
@@ -59,14 +59,14 @@ def settings(*words: str) -> Config:
         return as_settings(hydra.compose_config(MAIN, list(words), RunMode.RUN))
 
 
-def lived(chosen: Config, count: int) -> list[Episode]:
+def record(chosen: Config, count: int) -> list[Episode]:
     """Episodes of an agent that has learned nothing yet."""
     world = build.scene(chosen)
     env, agent = build.env(chosen, world), build.agent(chosen, world)
     episodes = []
     for index in range(count):
         observation, info = env.reset(seed=0, options={"episode": index})
-        episodes.append(run_episode(env, agent, observation, info, chosen.loop.steps, NOBODY))
+        episodes.append(run_episode(env, agent, observation, info, chosen.loop.steps, NO_CALLBACKS))
     return episodes
 
 
@@ -75,7 +75,7 @@ def sizes(folder: Path) -> None:
     print("| environment | raw | as uploaded (deflate 1) | deflate 9 | uploaded / raw |\n|---|---|---|---|---|")
     for env in ("small_room", "apartment_0", "large_lab"):
         rows = []
-        for index, episode in enumerate(lived(settings(f"env={env}", "agent=sticky"), EPISODES)):
+        for index, episode in enumerate(record(settings(f"env={env}", "agent=sticky"), EPISODES)):
             path = folder / f"{index}.npz"
             episode.save(path)
             arrays = [episode.image, episode.action, episode.pose, episode.collided]
@@ -120,7 +120,7 @@ def listens(port: int) -> bool:
 
 
 def link(port: int) -> int:
-    """The port of a link of 20 Mbit/s in each direction to `port`; it stays for the life of this process."""
+    """The port of a link of 20 Mbit/s in each direction to `port`; it stays as long as this process runs."""
     listener = socket.create_server(("127.0.0.1", 0))
 
     def pump(source: socket.socket, to: socket.socket) -> None:
@@ -166,13 +166,13 @@ class Ends:
         (folder / "episodes").mkdir(parents=True)
         outbox = Outbox(folder / "outbox", MARK, 200, 1.0)
         timing = Time(time.monotonic, self.sleep)
-        self.courier = RobotSync(near, outbox, WeightCache(folder / "weights"), robot.import_weights,
-                                 len(robot.export_weights()),
-                                 chosen.remote, timing, print, lambda seq: folder / "episodes" / f"{seq:06d}.npz")
+        self.sync = RobotSync(near, outbox, WeightCache(folder / "weights"), robot.import_weights,
+                              len(robot.export_weights()), chosen.remote, timing, print,
+                              lambda seq: folder / "episodes" / f"{seq:06d}.npz")
         ledger = Ledger(folder / "ledger.sqlite")
         inbox = Inbox(far, ledger, folder / "quarantine", settings=MARK, steps=chosen.loop.steps, gap=0,
                       clock=time.monotonic, say=print)
-        learn = LocalLearner(server, Replay(every=server.every), chosen.loop.iterations, NOBODY,
+        learn = LocalLearner(server, Replay(every=server.every), chosen.loop.iterations, NO_CALLBACKS,
                              lambda index, episode: episode.save(folder / f"{index}.npz"))
 
         def learned(position: int, arrival: Arrival) -> None:
@@ -181,30 +181,30 @@ class Ends:
             self.learning.append(time.perf_counter() - began)
             checkpoint.save(folder / "checkpoint", position + 1, {}, server.save)
 
-        self.trainer = TrainingServer(inbox, WeightPublisher(far, ledger, MARK, print), learned, server.export_weights,
-                                      0, chosen.remote, timing, print)
+        self.server = TrainingServer(inbox, WeightPublisher(far, ledger, MARK, print), learned, server.export_weights,
+                                     0, chosen.remote, timing, print)
 
     def sleep(self, seconds: float) -> None:
         """The robot waits, and the server works."""
         began = time.process_time()
-        while self.trainer.turn():
+        while self.server.turn():
             self.rounds.append(time.process_time() - began)
             began = time.process_time()
 
     def docked(self, seq: int, episode: Episode) -> float:
         """Seconds from docking to weights that know the episode."""
-        episode.save(self.courier.episode_path(seq))
-        self.courier.collect(seq, episode)
+        episode.save(self.sync.episode_path(seq))
+        self.sync.collect(seq, episode)
         began = time.perf_counter()
-        self.courier.docked(seq + 1)
-        assert self.courier.knows == seq
+        self.sync.docked(seq + 1)
+        assert self.sync.newest_trained == seq
         return time.perf_counter() - began
 
 
 def docking(folder: Path) -> None:
     """What lies between docking and new weights, beside the learning."""
     chosen = settings("loop.iterations=1")
-    episodes = lived(chosen, EPISODES)
+    episodes = record(chosen, EPISODES)
     print("| link | docking to new weights, without learning | an episode | weights |\n|---|---|---|---|")
     with rclone(folder / "s3") as port:
         for name, near in (("loopback", port), ("20 Mbit/s", link(port))):
@@ -213,7 +213,7 @@ def docking(folder: Path) -> None:
             whole = [ends.docked(seq, episode) for seq, episode in enumerate(episodes)]
             rest = [seconds - learning for seconds, learning in zip(whole, ends.learning, strict=True)]
             uploaded = statistics.median(path.stat().st_size for path in (place / "episodes").iterdir())
-            print(f"| {name} | {spread(rest)} s | {uploaded / 1e6:.2f} MB | {ends.courier.size / 1e6:.2f} MB |")
+            print(f"| {name} | {spread(rest)} s | {uploaded / 1e6:.2f} MB | {ends.sync.size / 1e6:.2f} MB |")
 
 
 def robots(folder: Path) -> None:
@@ -221,10 +221,11 @@ def robots(folder: Path) -> None:
     chosen = settings()
     with rclone(folder / "s3") as port:
         ends = Ends(chosen, folder / "ends", store(port, "robots"), store(port, "robots"))
-        for seq, episode in enumerate(lived(chosen, 3)):
+        for seq, episode in enumerate(record(chosen, 3)):
             ends.docked(seq, episode)
     print(f"A server's round of one episode, K = {chosen.loop.iterations}: {spread(ends.rounds)} CPU-seconds. Of a "
-          f"robot's {LIFE:.0f} s of living, one core serves {int(LIFE // statistics.median(ends.rounds))} robots.")
+          f"robot's {EPISODE_SECONDS:.0f} s an episode, one core serves "
+          f"{int(EPISODE_SECONDS // statistics.median(ends.rounds))} robots.")
 
 
 def spread(seconds: list[float]) -> str:

@@ -1,7 +1,7 @@
 """curionav: a robot learns to navigate from scratch with a world model and curiosity.
 
-Importing it, before or after gymnasium, registers curionav/SmallRoom-v0 and the other worlds. gymnasium itself is
-not imported for that: the command line answers --help and completions in a fifth of a second.
+Importing it, before or after gymnasium, registers curionav/SmallRoom-v0 and the other environments. gymnasium itself
+is not imported for that, which keeps --help and completions quick.
 """
 
 import sys
@@ -11,18 +11,18 @@ from types import ModuleType
 __version__ = "0.1.0"
 
 
-class WhenGymnasiumComes:
-    """A finder that registers our worlds once somebody has imported gymnasium, and then steps aside.
+class RegisterAfterGymnasium:
+    """An import finder that registers our environments once gymnasium is imported, and then removes itself.
 
-    Who only asks whether gymnasium is there (importlib.util.find_spec, as torchrl does) gets the answer, and it stays.
+    importlib.util.find_spec, by which torchrl asks whether gymnasium is installed, imports nothing and leaves it.
     """
 
     @classmethod
     def find_spec(cls, name: str, path: object = None, target: ModuleType | None = None) -> ModuleSpec | None:
         if name != "gymnasium":
             return None
-        others = (finder.find_spec(name, None, target) for finder in sys.meta_path if finder is not cls)
-        spec = next((found for found in others if found), None)
+        specs = (finder.find_spec(name, None, target) for finder in sys.meta_path if finder is not cls)
+        spec = next((spec for spec in specs if spec), None)
         if spec is None or spec.loader is None:
             return spec
         execute = spec.loader.exec_module
@@ -37,6 +37,7 @@ class WhenGymnasiumComes:
 
 
 def register() -> None:
+    """Register our environments with gymnasium, which this imports."""
     from curionav_cli.world.registration import register
 
     register()
@@ -45,4 +46,4 @@ def register() -> None:
 if "gymnasium" in sys.modules:
     register()
 else:
-    sys.meta_path.insert(0, WhenGymnasiumComes)
+    sys.meta_path.insert(0, RegisterAfterGymnasium)

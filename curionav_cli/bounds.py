@@ -1,4 +1,4 @@
-"""What the schema checks numbers with."""
+"""Range checks of the settings' schemas."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ Limits = Mapping[str, tuple[float, float]]
 
 
 def a_name(key: str, name: str) -> None:
-    """Raises ValueError unless it can be part of a folder's name, which the folder of a run is made of."""
+    """Raises ValueError unless `name` can be part of a run folder's name."""
     if not name or name.startswith(".") or "/" in name or "\\" in name or not name.isprintable() or len(name) > 100:
         raise ValueError(f"{key}: {name!r} is no name; it may not hold slashes or begin with a dot")
 
@@ -20,13 +20,16 @@ def within(key: str, value: float, least: float, most: float) -> None:
 
 
 def bounded(key: str, settings: object, limits: Limits) -> None:
-    """Fields of the dataclass that stands at `key`; limits: names in a line -> (least, most). Raises ValueError."""
+    """Check the fields of the dataclass at `key`; limits: names, separated by spaces -> (least, most).
+
+    Raises ValueError as `within` does.
+    """
     for names, (least, most) in limits.items():
         for name in names.split():
             within(f"{key}.{name}", getattr(settings, name), least, most)
 
 
 def a_number(key: str, value: object, least: float, most: float) -> None:
-    """Raises ValueError with 'key must be ...' unless it is a number within these bounds, of whatever type it came."""
+    """Raises ValueError with 'key must be ...' unless `value`, of any type, is a number from least to most."""
     if isinstance(value, bool) or not isinstance(value, int | float) or not least <= value <= most:
         raise ValueError(f"{key} must be a number from {least:g} to {most:g}, not {value!r}")

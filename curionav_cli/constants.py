@@ -1,4 +1,4 @@
-"""What world, robot, agents and results agree on: actions, the image, and the streams of random numbers."""
+"""Constants of the whole package: actions and their sizes, the image, the streams of random numbers."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ IMAGE_SHAPE = IMAGE_SIDE, IMAGE_SIDE, IMAGE_CHANNELS
 
 
 class Stream(IntEnum):
-    """The second number that a generator is seeded by: it keeps what draws from one seed apart."""
+    """The second number that a generator is seeded by, so that generators of one seed are independent."""
 
     agent = 1
     predictions = 2

@@ -1,4 +1,4 @@
-"""What can go wrong by a person's doing, by name. The app prints the message and no traceback.
+"""Errors by exit code. The app prints the message and no traceback.
 
     UserError                 exit code 2: wrong use or config; the message says how to mend it
     ├── ConfigError           a setting, a group, an override
@@ -7,19 +7,19 @@
     └── RunFolderError        not a run folder, half written, another environment or agent
     RunFailed                 exit code 1: the run began and could not go on (full disk, no memory, non-finite loss)
     Terminated                exit code 143: SIGTERM; like KeyboardInterrupt no Exception, so that nothing swallows it
-    Unread                    exit code 141: whoever read the output left, as head -1 does; no Exception either
+    Unread                    exit code 141: the reader of the output is gone, as head -1 is; no Exception either
 
-What goes wrong between robot and server ends no run; who meets it goes on with what it has:
+Errors between robot and server end no run; the one that meets them goes on with what it has:
 
     Unreachable               the storage gives no answer, or refuses
-    └── Denied                it refuses, and waiting mends nothing: a wrong key, no bucket
-    WeightsRefused            weights that came and cannot be used
-    EpisodeRefused            an episode that came and cannot be used
+    └── Denied                it refuses, and waiting does not help: a wrong key, no bucket
+    WeightsRefused            received weights that cannot be used
+    EpisodeRefused            a received episode that cannot be used
 """
 
 
 class UserError(Exception):
-    """Wrong use or configuration: one to four lines that name the fault and its cure."""
+    """Wrong use or configuration: one to four lines that say what is wrong and how to mend it."""
 
 
 class ConfigError(UserError):
@@ -27,7 +27,7 @@ class ConfigError(UserError):
 
 
 class SceneError(UserError):
-    """A scene file that describes no world one can stand in."""
+    """A scene file that describes no world a robot can stand in."""
 
 
 class MapError(UserError):
@@ -43,28 +43,28 @@ class RunFailed(Exception):
 
 
 class Unreachable(Exception):
-    """The storage cannot be used now. The message says why and never holds a key, a token or a password."""
+    """A storage that cannot be used now. The message says why and never holds a key, a token or a password."""
 
 
 class Denied(Unreachable):
-    """The storage refuses, and waiting mends nothing: a wrong key, no bucket, a folder that is not ours."""
+    """A storage that refuses, where waiting does not help: a wrong key, no bucket, a folder without permission."""
 
 
 class WeightsRefused(Exception):
-    """Weights that came and cannot be used."""
+    """Received weights that cannot be used."""
 
 
 class EpisodeRefused(Exception):
-    """An episode that came and cannot be used."""
+    """A received episode that cannot be used."""
 
 
 class Terminated(BaseException):
-    """SIGTERM: somebody wants the machine. What was saved is whole, and the run can be resumed."""
+    """SIGTERM. What was saved is whole, and the run can be resumed."""
 
 
 class Unread(BaseException):
-    """Nobody reads the output any more (a closed pipe). What was saved is whole, and the run can be resumed."""
+    """A closed pipe: the output has no reader any more. What was saved is whole, and the run can be resumed."""
 
 
 class SoundnessWarning(UserWarning):
-    """Something on the disk is broken; what is sound is used instead."""
+    """A broken file on the disk; something sound is used instead."""

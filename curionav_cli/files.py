@@ -1,6 +1,6 @@
-"""Files that are finished or absent, and known for broken when they are read: npz archives and sealed JSON.
+"""Files that are whole or absent and whose damage is found by reading them: npz archives and sealed JSON.
 
-Nothing that is read here is ever unpickled, and no array becomes larger than its file says.
+Nothing that is read here is ever unpickled, and no array becomes larger than its file declares.
 """
 
 from __future__ import annotations
@@ -14,6 +14,7 @@ import zipfile
 import zlib
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
 from typing import IO, Any
@@ -22,13 +23,35 @@ import numpy as np
 
 from curionav_cli.errors import ConfigError, RunFolderError
 
-SEAL = "crc32"  # the key of a JSON file's checksum
 BROKEN = (OSError, ValueError, TypeError, OverflowError, LookupError, EOFError, RuntimeError, zipfile.BadZipFile,
-          zlib.error, tokenize.TokenError)  # what zipfile and numpy say of an npz that is none
+          zlib.error, tokenize.TokenError)  # what zipfile and numpy raise for an npz that is none
+
+
+@dataclass(frozen=True)
+class Seal:
+    """A checksum that a JSON object holds of itself, by which a flipped bit is found.
+
+    key: where it is held. checksum: of the object without it. indent: of the text, as json.dumps takes it.
+    """
+
+    key: str
+    checksum: Callable[[dict[str, Any]], str]
+    indent: int | None = None
+
+    def sealed(self, plain: dict[str, Any]) -> str:
+        """The JSON text of an object, its checksum included."""
+        return json.dumps({**plain, self.key: self.checksum(plain)}, indent=self.indent)
+
+    def removed(self, held: dict[str, Any]) -> bool:
+        """Take the checksum out of an object that was read; whether it was there and right."""
+        return held.pop(self.key, None) == self.checksum(held)
+
+
+CRC32 = Seal("crc32", lambda plain: f"{zlib.crc32(json.dumps(plain).encode()):08x}", indent=2)
 
 
 def write_arrays(path: Path, arrays: dict[str, np.ndarray]) -> None:
-    """An npz that numpy.load reads, same bytes for the same arrays, finished or absent."""
+    """Write an npz that numpy.load reads: same bytes for the same arrays, whole or absent."""
     def body(file: IO[bytes]) -> None:
         with zipfile.ZipFile(file, "w") as archive:
             for name, array in arrays.items():
@@ -39,8 +62,10 @@ def write_arrays(path: Path, arrays: dict[str, np.ndarray]) -> None:
 
 
 def read_arrays(path: Path, names: tuple[str, ...], optional: tuple[str, ...] = ()) -> dict[str, np.ndarray]:
-    """The named arrays of an npz, the optional ones if it has them. Raises RunFolderError where the file is broken or
-    lacks another."""
+    """The arrays of an npz with these names, and the optional ones that it has.
+
+    Raises RunFolderError where the file is broken or lacks a name.
+    """
     with opened(path) as archive:
         held = archive.namelist() if optional else []
         names += tuple(name for name in optional if f"{name}.npy" in held)
@@ -48,7 +73,10 @@ def read_arrays(path: Path, names: tuple[str, ...], optional: tuple[str, ...] = 
 
 
 def unpacked(archive: zipfile.ZipFile, name: str) -> bytes:
-    """A member, of which no more is unpacked than the table of contents tells of; bzip2 and LZMA know no such limit."""
+    """The bytes of a member, no more than the table of contents declares.
+
+    Raises ValueError for bzip2 and LZMA, which Python unpacks without such a limit.
+    """
     info = archive.getinfo(name)
     if info.compress_type not in (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED):
         raise ValueError(f"{name} is packed in a way that curionav does not write")
@@ -57,14 +85,14 @@ def unpacked(archive: zipfile.ZipFile, name: str) -> bytes:
 
 
 def checksum(path: Path) -> str:
-    """Of the arrays of an npz, from its table of contents alone. Raises RunFolderError where it is broken."""
+    """Checksum of the arrays of an npz, from its table of contents alone. Raises RunFolderError where it is broken."""
     with opened(path) as archive:
         held = [(info.filename, info.CRC, info.file_size) for info in archive.infolist()]
     return f"{zlib.crc32(json.dumps(held).encode()):08x}"
 
 
 def refuse_broken(path: Path) -> None:
-    """Raises RunFolderError where an npz is not what was saved, by the checksums that it holds."""
+    """Raises RunFolderError where the members of an npz do not match the checksums that it holds."""
     with opened(path) as archive:
         bad = archive.testzip()
         if bad:
@@ -73,7 +101,7 @@ def refuse_broken(path: Path) -> None:
 
 @contextmanager
 def understood(path: Path) -> Iterator[None]:
-    """Raises RunFolderError for what is whole and yet holds something else."""
+    """Turns errors of interpreting a whole file into RunFolderError, which says that it holds something else."""
     try:
         yield
     except (ValueError, TypeError, KeyError, RecursionError) as error:
@@ -82,7 +110,7 @@ def understood(path: Path) -> Iterator[None]:
 
 @contextmanager
 def opened(path: Path) -> Iterator[zipfile.ZipFile]:
-    """An npz to read from. Raises RunFolderError for what is found broken or missing meanwhile."""
+    """An npz to read from; errors of reading it become RunFolderError."""
     try:
         with open(path, "rb") as file, zipfile.ZipFile(file) as archive:
             yield archive
@@ -99,7 +127,7 @@ def decoded(raw: bytes) -> np.ndarray:
 
 @lru_cache(64)
 def header(raw: bytes) -> tuple[tuple[int, ...], bool, np.dtype]:
-    """Shape, order and type of a .npy file; parsed once where a thousand episodes begin alike."""
+    """(shape, Fortran order, dtype) of a .npy header; cached, because a thousand episodes begin alike."""
     file = io.BytesIO(raw)
     if np.lib.format.read_magic(file) != (1, 0):
         raise ValueError("the npy format is not version 1.0")
@@ -107,30 +135,21 @@ def header(raw: bytes) -> tuple[tuple[int, ...], bool, np.dtype]:
 
 
 def read_json(path: Path) -> Any:
-    """What a JSON file holds. Raises RunFolderError where it is missing or broken, or not what `sealed` sealed."""
+    """What a JSON file holds. Raises RunFolderError where it is missing or broken, or its CRC32 seal does not fit."""
     try:
         held = json.loads(path.read_text())
     except (OSError, ValueError, RecursionError) as error:
         raise RunFolderError(f"{path} cannot be read ({error}). Restore it from a copy.") from error
-    if isinstance(held, dict) and SEAL in held and held.pop(SEAL) != seal(held):
+    if isinstance(held, dict) and CRC32.key in held and not CRC32.removed(held):
         raise RunFolderError(f"{path} cannot be read (its checksum is another one). Restore it from a copy.")
     return held
 
 
-def sealed(held: dict[str, Any]) -> str:
-    """JSON with a checksum of itself, by which read_json finds a flipped bit."""
-    return json.dumps({**held, SEAL: seal(held)}, indent=2)
-
-
-def seal(held: dict[str, Any]) -> str:
-    return f"{zlib.crc32(json.dumps(held).encode()):08x}"
-
-
 def place(text: str | Path) -> Path:
-    """A path as a person types it: the shell leaves the ~ of out=~/figures to us."""
+    """A path as a person types it, ~ expanded: the shell leaves that of out=~/figures to us."""
     try:
         return Path(text).expanduser()
-    except RuntimeError:  # ~ of nobody is a name as any other
+    except RuntimeError:  # ~name of no user is a name like any other
         return Path(text)
 
 
@@ -142,7 +161,7 @@ def conf_dir() -> Path:
 
 
 def folder_for(path: str | Path) -> Path:
-    """A folder to write into, made by who writes. Raises ConfigError where a file is in the way."""
+    """A path to make a folder at. Raises ConfigError where a file is in the way."""
     path = place(path)
     file = next((place for place in (path, *path.parents) if place.exists() and not place.is_dir()), None)
     if file:
@@ -150,8 +169,13 @@ def folder_for(path: str | Path) -> Path:
     return path
 
 
+def write_bytes(path: Path, raw: bytes) -> None:
+    """Write bytes as `write_whole` does."""
+    write_whole(path, lambda file: file.write(raw))
+
+
 def write_whole(path: Path, body: Callable[[IO[bytes]], object]) -> None:
-    """Write beside, flush, rename: after a crash the file is the old one or the new one."""
+    """Write beside, flush, rename: after a crash the file is the old one or the new one. Raises OSError."""
     beside = path.with_name(f".{path.name}.part")
     try:
         with open(beside, "wb") as file:
@@ -168,7 +192,7 @@ LONGEST = 120  # bytes of a label in a file's name, of which a disk takes 255
 
 
 def file_name(label: str) -> str:
-    """A label as a part of a file's name; of a long one the beginning and a checksum."""
+    """A label as part of a file's name; a long one is cut to LONGEST bytes and a checksum."""
     name = re.sub(r"[^\w.=-]+", "_", label)
     whole = name.encode()
     return name if len(whole) <= LONGEST else f"{whole[:LONGEST].decode(errors='ignore')}_{zlib.crc32(whole):08x}"

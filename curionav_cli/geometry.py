@@ -8,7 +8,7 @@ import numpy as np
 
 
 def rectangle_distance(x: np.ndarray | float, y: np.ndarray | float, low, high) -> np.ndarray:
-    """Distance of points to the closed rectangle low = (x, y) to high = (x, y); 0 inside it."""
+    """Distance of points to the closed rectangle from low = (x, y) to high = (x, y); 0 inside it."""
     dx = np.maximum(np.maximum(low[0] - x, x - high[0]), 0.0)
     dy = np.maximum(np.maximum(low[1] - y, y - high[1]), 0.0)
     return np.hypot(dx, dy)
@@ -21,9 +21,10 @@ def wrapped(angle: float) -> float:
 
 def ray_ranges(x: float, y: float, cosine: np.ndarray, sine: np.ndarray, low: np.ndarray,
                high: np.ndarray) -> np.ndarray:
-    """How far each of A rays from a point runs before it meets a rectangle low, high (K, 2): (A,), inf for never.
+    """Ranges (A,) of rays from a point to the nearest of K axis-aligned rectangles; inf for those that hit none.
 
-    0 for all of them where the point lies inside a rectangle.
+    cosine, sine (A,): of the rays' directions. low, high (K, 2): corners of the rectangles. All ranges are 0 where
+    the point lies inside a rectangle.
     """
     with np.errstate(divide="ignore", invalid="ignore"):
         rate_x, rate_y = 1.0 / cosine[:, None], 1.0 / sine[:, None]

@@ -1,7 +1,7 @@
-"""The one episodic loop (paper, section "Lifelong learning"): N steps, then K iterations, then home.
+"""The one episodic loop (paper, section "Lifelong learning"): N steps, then K iterations, then return to dock.
 
-Simulation and robot differ only in env.reset(): respawn, or drive home and dock. `learn` is the other
-strategy: here, or there, on a server. The loop knows neither which environment nor which agent it runs.
+Simulation and robot differ only in env.reset(): the robot is put back to its start, or returns to its dock. Learning
+here and learning on a server differ only in `learn`. The loop depends on no environment and no agent.
 """
 
 from __future__ import annotations
@@ -14,55 +14,55 @@ import gymnasium
 import numpy as np
 
 from curionav_cli.agents.agent import Agent
-from curionav_cli.records import Episode, Foresight
+from curionav_cli.records import Episode, Prediction
 from curionav_cli.remote.robot_sync import RobotSync
 from curionav_cli.storage.replay import Replay
 
 
 class Callbacks:
-    """Called as a run goes on, for progress, metrics and checkpoints. These do nothing."""
+    """Callbacks of a run, for progress, metrics and checkpoints. These do nothing."""
 
     def began(self, index: int, info: dict[str, Any]) -> None:
-        """The environment is reset for episode `index`; info is that of the reset."""
+        """Called after the reset for episode `index`, with its info."""
 
     def acted(self, step: int) -> None:
-        """One more step of the running episode is done."""
+        """Called after each step of an episode; step counts from 1."""
 
     def learned(self, iteration: int) -> None:
-        """One more of the K iterations is done."""
+        """Called after each of the K iterations; iteration counts from 1."""
 
-    def predicted(self, index: int, foresight: Foresight) -> None:
-        """What the agent expected of episode `index`, before it learned from it."""
+    def predicted(self, index: int, prediction: Prediction) -> None:
+        """Called with the agent's prediction of episode `index`, before it learns from it."""
 
     def episode_done(self, index: int, episode: Episode, metrics: dict[str, float]) -> None:
-        """Episode `index` and the learning after it are done."""
+        """Called after episode `index` and the learning from it."""
 
 
 class TrainCallbacks(Protocol):
-    """Who looks on where nobody lives."""
+    """Callbacks of offline training."""
 
     def learned(self, iteration: int) -> None:
-        """One more iteration since the last save is done."""
+        """Called after each iteration; it counts from 1 after each save."""
 
     def trained(self, iterations: int, metrics: dict[str, float]) -> None:
-        """So many iterations are done in all; the metrics are of those since the last save."""
+        """Called when it is time to save: iterations so far, and metrics of those since the last save."""
 
 
 class Learn(Protocol):
-    """What becomes of an episode: learned from here, or delivered."""
+    """What is done with an episode: learn from it here, or deliver it to a server."""
 
     def __call__(self, index: int, episode: Episode) -> dict[str, float]:
-        """Episode `index` has ended; metrics of what was done with it."""
+        """Called after episode `index`; its metrics."""
 
     def docked(self, index: int) -> None:
-        """The robot stands at its dock, before episode `index`, and after the last."""
+        """Called at the dock before episode `index`, and after the last episode."""
 
 
 def run_episodes(env: gymnasium.Env, agent: Agent, learn: Learn, *, episodes: int, steps: int, seed: int,
                  watch: Callbacks, first: int = 0, return_after_last: bool = False) -> None:
-    """Episodes `first` to `episodes`, `steps` steps each; learn(index, episode) gives metrics.
+    """Run episodes `first` to `episodes` - 1 of `steps` steps each, and learn from each.
 
-    return_after_last: the environment is also reset after the last episode, so that a robot ends on its dock.
+    return_after_last: reset the environment after the last episode too, so that a robot ends on its dock.
     """
     observation, info = env.reset(seed=seed, options={"episode": first})
     for index in range(first, episodes):
@@ -83,19 +83,19 @@ def run_episodes(env: gymnasium.Env, agent: Agent, learn: Learn, *, episodes: in
 
 
 def clocks() -> tuple[float, float]:
-    """Seconds on the wall, and of all this process's threads on CPUs."""
+    """Wall-clock seconds, and CPU seconds of all threads of this process."""
     return time.perf_counter(), time.process_time()
 
 
 def spent(what: str, began: tuple[float, float], ended: tuple[float, float]) -> dict[str, float]:
-    """Both kinds of seconds between two readings of the clocks."""
+    """Metrics seconds_`what` and cpu_seconds_`what`: the difference of two readings of the clocks."""
     wall, cpu = (after - before for before, after in zip(began, ended, strict=True))
     return {f"seconds_{what}": wall, f"cpu_seconds_{what}": cpu}
 
 
 def run_episode(env: gymnasium.Env, agent: Agent, observation: dict[str, np.ndarray], info: dict[str, Any],
                 steps: int, watch: Callbacks) -> Episode:
-    """Live `steps` steps from where the robot stands, or fewer where the environment ends it (a battery runs low)."""
+    """Run one episode of `steps` steps after a reset, or of fewer where the environment truncates it (battery low)."""
     image, action = np.empty((steps + 1, *observation["image"].shape), np.uint8), np.empty(steps, np.int64)
     image[0], infos, truncated = observation["image"], [info], False
     agent.begin()
@@ -111,7 +111,7 @@ def run_episode(env: gymnasium.Env, agent: Agent, observation: dict[str, np.ndar
 
 def recorded(image: np.ndarray, action: np.ndarray, infos: list[dict[str, Any]],
              events: tuple[dict[str, Any], ...]) -> Episode:
-    """An episode of images (T+1, 64, 64, 3), actions (T,), T+1 infos, and what had changed in the world before it."""
+    """The episode of images (T+1, 64, 64, 3), actions (T,), T+1 infos, and the changes in the world before it."""
     estimate = np.array([info["estimate"] for info in infos]) if "estimate" in infos[0] else None
     collided = np.array([info["collided"] for info in infos[1:]], bool)
     return Episode(image, action, np.array([info["pose"] for info in infos], np.float64), collided,
@@ -119,17 +119,17 @@ def recorded(image: np.ndarray, action: np.ndarray, infos: list[dict[str, Any]],
 
 
 class NoLearning:
-    """The agent acts, and nothing is stored."""
+    """Neither learn nor store: the agent only acts."""
 
     def __call__(self, index: int, episode: Episode) -> dict[str, float]:
         return {}
 
     def docked(self, index: int) -> None:
-        """Nothing is to be fetched."""
+        """Do nothing."""
 
 
 class LocalLearner(NoLearning):
-    """Store the episode, then K iterations on all that was lived so far, in this process."""
+    """Store the episode, then learn in this process: K iterations on all episodes so far."""
 
     def __init__(self, agent: Agent, replay: Replay, iterations: int, watch: Callbacks,
                  store: Callable[[int, Episode], None]):
@@ -140,34 +140,34 @@ class LocalLearner(NoLearning):
         self.store(index, episode)
         if not self.agent.learns:
             return self.agent.report()
-        foresight = self.agent.predict(index, episode)
-        if foresight:
-            self.watch.predicted(index, foresight)
+        prediction = self.agent.predict(index, episode)
+        if prediction:
+            self.watch.predicted(index, prediction)
         self.replay.add(episode)
         metrics = self.agent.learn(self.replay, self.iterations, self.watch.learned)
-        return {**self.agent.report(), **metrics, **(foresight.metrics() if foresight else {})}
+        return {**self.agent.report(), **metrics, **(prediction.metrics() if prediction else {})}
 
 
 class RemoteLearner:
-    """Store the episode and put it into the outbox; at the dock a courier delivers it and brings weights."""
+    """Store the episode and put it into the outbox; at the dock `sync` delivers it and imports new weights."""
 
-    def __init__(self, courier: RobotSync, store: Callable[[int, Episode], None]):
-        self.courier, self.store = courier, store
+    def __init__(self, sync: RobotSync, store: Callable[[int, Episode], None]):
+        self.sync, self.store = sync, store
         self.spent: dict[str, float] = {}
 
     def __call__(self, index: int, episode: Episode) -> dict[str, float]:
         self.store(index, episode)
-        self.courier.collect(index, episode)
-        return {"weights_version": self.courier.version, **self.spent}
+        self.sync.collect(index, episode)
+        return {"weights_version": self.sync.version, **self.spent}
 
     def docked(self, index: int) -> None:
         began = clocks()
-        self.courier.docked(index)
+        self.sync.docked(index)
         self.spent = spent("docked", began, clocks())
 
 
 def train(agent: Agent, replay: Replay, *, iterations: int, every: int, watch: TrainCallbacks, first: int = 0) -> None:
-    """Iterations `first` to `iterations` on what is stored, without a world; the watcher saves after `every`."""
+    """Offline training: iterations `first` to `iterations` on stored episodes; watch.trained saves after `every`."""
     done = first
     while done < iterations:
         began, until = time.perf_counter(), min(iterations, done - done % every + every)

@@ -1,4 +1,4 @@
-"""The nouns that travel between rooms: Pose, FloorPlan, Episode, DockReport, Foresight. Each can be saved and loaded.
+"""Records that rooms exchange: Pose, FloorPlan, Episode, DockReport, Surprise, Prediction, with their files.
 
 Frames. x points right and y up, in metres from the lower-left corner of the scene (for a ROS map: of its image, or of
 the part of it that a large map is cropped to); yaw is counter-clockwise from +x in radians. Cell (row, column) covers
@@ -20,7 +20,7 @@ from curionav_cli.files import read_arrays, understood, write_arrays
 
 
 class Pose(NamedTuple):
-    """Position in metres and yaw in radians, see the module for the frame."""
+    """Position in metres and yaw in radians; the module's docstring defines the frame."""
 
     x: float
     y: float
@@ -32,12 +32,12 @@ ORIGIN = Pose(0.0, 0.0, 0.0)
 
 @dataclass(frozen=True)
 class FloorPlan:
-    """What is left of a scene once it has been lived in: enough to count coverage and to draw it.
+    """The grid of a scene that a run folder keeps: enough to count coverage and to draw it.
 
-    visitable, floor, solid: (rows, columns) bool. `visitable` are the cells whose centre the robot
-    can reach, `floor` every cell of the building, `solid` those covered by a wall or furniture.
-    occupancy: (rows, columns) int8 of a ROS map, -1 unknown, 0 free to 100 occupied; None of a scene. dock: None: the
-    start.
+    visitable, floor, solid (rows, columns) bool: cells whose centre the robot can reach; every cell of the building;
+    cells covered by a wall or furniture. cell: side of a cell, metres. radius: of the robot, metres.
+    occupancy (rows, columns) int8: of a ROS map, -1 unknown, 0 free to 100 occupied; None of a scene.
+    dock: None where the robot starts at its dock.
     """
 
     visitable: np.ndarray
@@ -53,17 +53,18 @@ class FloorPlan:
 
     @property
     def unknown(self) -> np.ndarray:
-        """(rows, columns) bool: what a ROS map says nothing about; no cell of a scene."""
+        """Cells that a ROS map marks as unknown, (rows, columns) bool; none of a scene."""
         return np.zeros_like(self.solid) if self.occupancy is None else self.occupancy < 0
 
     def cells(self, x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """(row, column) of positions in metres; positions outside are clipped to the border."""
+        """(row, column), int64 arrays, of positions in metres; positions outside are clipped to the border."""
         rows, columns = self.visitable.shape
         row = np.floor(np.asarray(y) / self.cell).astype(np.int64)
         column = np.floor(np.asarray(x) / self.cell).astype(np.int64)
         return np.clip(row, 0, rows - 1), np.clip(column, 0, columns - 1)
 
     def save(self, path: Path) -> None:
+        """Write the plan as npz, whole or absent."""
         numbers = {
             "cell": self.cell, "start": list(self.start), "radius": self.radius,
             "name": self.name, "map_origin": list(self.map_origin), **({"dock": list(self.dock)} if self.dock else {}),
@@ -74,6 +75,7 @@ class FloorPlan:
 
     @classmethod
     def load(cls, path: Path) -> FloorPlan:
+        """Read what `save` wrote. Raises RunFolderError where the file is broken."""
         arrays = read_arrays(path, ("visitable", "floor", "solid", "numbers"), ("occupancy",))
         masks, occupancy = [arrays[key] for key in ("visitable", "floor", "solid")], arrays.get("occupancy")
         with understood(path):
@@ -89,12 +91,13 @@ class FloorPlan:
 
 @dataclass(frozen=True)
 class Episode:
-    """One life of T steps between two visits to the start.
+    """An episode of T steps, from a reset to the next.
 
-    image (T+1, 64, 64, 3) uint8 RGB; action (T,) int64, 0 forward, 1 left, 2 right;
-    pose (T+1, 3) float64, x y yaw in metres and radians; collided (T,) bool, a forward move that was
-    cut short or cancelled; events: what changed in the world before it began (moved objects, light). Of a robot that
-    drifts also estimate (T+1, 3), where it believed to be, and dock, how it came home before (none: the first start).
+    image (T+1, 64, 64, 3) uint8 RGB; action (T,) int64, 0 forward, 1 left, 2 right; pose (T+1, 3) float64, the true
+    x y yaw in metres and radians; collided (T,) bool, forward moves that were cut short or cancelled; events: what
+    changed in the world before the episode (moved objects, light). With odometry drift also estimate (T+1, 3), the
+    estimated x y yaw, and dock, the return to dock before the episode as a dictionary of DockReport (None before the
+    first).
     """
 
     image: np.ndarray
@@ -109,20 +112,21 @@ class Episode:
         return len(self.action)
 
     def every(self, repeat: int) -> Episode:
-        """As one saw it who acts on every `repeat`-th frame and holds that action until the next; a rest is cut off.
+        """The episode at the frames that an agent with action_repeat=`repeat` acts on; an incomplete repeat is cut off.
 
         Raises RunFolderError where an action was not held.
         """
         if repeat == 1:
             return self
         action = held(self.action, repeat)
-        lived = len(action) * repeat
-        seen = slice(0, lived + 1, repeat)
-        estimate = None if self.estimate is None else self.estimate[seen].copy()
-        return replace(self, image=self.image[seen].copy(), action=action, pose=self.pose[seen].copy(),
-                       estimate=estimate, collided=np.any(self.collided[:lived].reshape(-1, repeat), axis=1))
+        steps = len(action) * repeat
+        frames = slice(0, steps + 1, repeat)
+        estimate = None if self.estimate is None else self.estimate[frames].copy()
+        return replace(self, image=self.image[frames].copy(), action=action, pose=self.pose[frames].copy(),
+                       estimate=estimate, collided=np.any(self.collided[:steps].reshape(-1, repeat), axis=1))
 
     def save(self, path: Path) -> None:
+        """Write the episode as npz, whole or absent; same bytes for the same episode."""
         arrays = {"image": self.image, "action": self.action, "pose": self.pose, "collided": self.collided,
                   "events": np.array(json.dumps(self.events))}
         if self.estimate is not None:
@@ -131,6 +135,7 @@ class Episode:
 
     @classmethod
     def load(cls, path: Path) -> Episode:
+        """Read what `save` wrote. Raises RunFolderError where the file is broken or the shapes do not fit."""
         arrays = read_arrays(path, ("image", "action", "pose", "collided", "events"), ("estimate", "dock"))
         with understood(path):
             events = tuple(json.loads(str(arrays.pop("events"))))
@@ -146,22 +151,25 @@ class Episode:
 
 
 def held(action: np.ndarray, repeat: int, what: object = "an episode") -> np.ndarray:
-    """Actions (T,) of which each was held for `repeat` steps: (T // repeat,). Raises RunFolderError for others."""
-    turns = action[:len(action) // repeat * repeat].reshape(-1, repeat)
-    if (turns != turns[:, :1]).any():
-        raise RunFolderError(f"{what} was lived by one who did not hold its actions for {repeat} steps, as "
-                             f"agent.action_repeat={repeat} needs it. Set agent.action_repeat=1.")
-    return turns[:, 0].copy()
+    """The distinct decisions (T // repeat,) in actions (T,) that were each held for `repeat` steps.
+
+    what: the episode, for the message. Raises RunFolderError where an action was not held.
+    """
+    groups = action[:len(action) // repeat * repeat].reshape(-1, repeat)
+    if (groups != groups[:, :1]).any():
+        raise RunFolderError(f"{what} was recorded without agent.action_repeat={repeat}: its actions are not held for "
+                             f"{repeat} steps. Set agent.action_repeat=1.")
+    return groups[:, 0].copy()
 
 
 @dataclass(frozen=True)
 class DockReport:
-    """One homecoming. code: docked, or the name of what went wrong; human: a person carried the robot to its dock.
+    """A return to dock. code: docked, or the name of the failure; human: a person carried the robot to its dock.
 
-    attempts: approaches that were begun; recoveries: what was tried in between, by name; seconds, metres: of it all;
-    distance: metres from the dock when it set out; battery: share that was left. arrival (3,): where the robot truly
-    stood when the first approach began, x y yaw in the dock's frame (x away from it, yaw 0 facing it), and error (3,)
-    how far off its belief was there; None where it did not come so far.
+    attempts: approaches that were begun; recoveries: what was tried in between, by name; seconds, metres: in total;
+    distance: metres to the dock at the beginning; battery: share of charge that was left. arrival (3,): true pose at
+    the beginning of the first approach, x y yaw in the dock's frame (x away from it, yaw 0 facing it), and error (3,)
+    of the estimate there, metres and radians; None where no approach was begun.
     """
 
     code: str
@@ -178,21 +186,22 @@ class DockReport:
 
     @property
     def success(self) -> bool:
+        """Whether the robot docked by itself."""
         return self.code == "docked"
 
     @classmethod
     def of(cls, plain: dict[str, Any]) -> DockReport:
-        """What `asdict` made, lists for tuples as JSON has them."""
+        """The report that `asdict` turned into a dictionary, with lists for tuples as JSON has them."""
         lists = {key: tuple(value) for key, value in plain.items() if isinstance(value, list)}
         return cls(**{**plain, **lists})
 
 
 @dataclass(frozen=True)
 class Surprise:
-    """How an episode surprised an agent that had not learned from it, in M windows of L observations.
+    """Surprise and predicted reward of an agent on an episode before it learned from it, in M windows of L frames.
 
-    frame (M, L) int64, of the episode; kl (M, L) float32, nats between what was expected of a frame and what
-    it was; reward (M, L) float32, what the agent's curiosity expected to be paid there before seeing it.
+    frame (M, L) int64, indices in the episode; kl (M, L) float32, nats between the posterior and the prior of a frame;
+    reward (M, L) float32, intrinsic reward predicted for a frame before it is observed.
     """
 
     frame: np.ndarray
@@ -201,14 +210,15 @@ class Surprise:
 
 
 @dataclass(frozen=True)
-class Foresight:
-    """What an agent expected of an episode that it had not learned from, seeing little and knowing the actions.
+class Prediction:
+    """Open-loop predictions of an agent for an episode that it has not learned from.
 
-    W windows, drawn at F steps: step (F,) int64 counts from the last frame that the agent saw, so that 0 and
-    less were seen and more were predicted; frame (W, F) int64, the frames of the episode that they stand for;
-    image (W, F, 64, 64, 3) uint8, the agent's. error and repeat (N, H) float32: mean squared errors in units of
-    [0, 1] after `every` to H * every steps of N windows evenly spread, the agent's and that of repeating the last
-    seen frame; every: steps for which it holds an action, so that it predicts no frame in between.
+    The agent observes a few frames of context, then the actions alone. W windows, drawn at F steps: step (F,) int64
+    counts from the last frame of the context, so that steps up to 0 are reconstructed and later ones predicted;
+    frame (W, F) int64, their indices in the episode; image (W, F, 64, 64, 3) uint8, the agent's. error and repeat
+    (N, H) float32: mean squared errors, of images in [0, 1], after `every` to H * every steps of N windows evenly
+    spread, of the agent and of repeating the last frame of the context. every: steps for which an action is held; no
+    frame in between is predicted.
     """
 
     step: np.ndarray
@@ -220,18 +230,19 @@ class Foresight:
     every: int = 1
 
     def metrics(self) -> dict[str, float]:
-        """The mean errors after 1, 5 and 15 actions, as far as the prediction went."""
+        """Mean errors after 1, 5 and 15 actions, as far as the prediction goes, for metrics.jsonl."""
         return {f"{name}_mse_{steps}": float(error[:, steps - 1].mean(dtype=np.float64))
                 for name, error in (("open_loop", self.error), ("repeat", self.repeat))
                 for steps in (1, 5, 15) if steps <= error.shape[1]}
 
     def save(self, path: Path) -> None:
+        """Write the prediction as npz, whole or absent."""
         own = {key: np.asarray(value) for key, value in vars(self).items() if key != "surprise"}
         write_arrays(path, own | {f"surprise_{key}": value for key, value in vars(self.surprise).items()})
 
     @classmethod
-    def load(cls, path: Path) -> Foresight:
-        """Raises RunFolderError where the file is broken."""
+    def load(cls, path: Path) -> Prediction:
+        """Read what `save` wrote. Raises RunFolderError where the file is broken."""
         own = read_arrays(path, ("step", "frame", "image", "error", "repeat"), ("every",))
         with understood(path):
             every = int(own.pop("every", np.array(1)))
@@ -241,7 +252,7 @@ class Foresight:
 
     @staticmethod
     def load_surprise(path: Path) -> Surprise:
-        """The surprise alone, without the images. Raises RunFolderError where the file is broken."""
+        """Read the surprise alone, without the images. Raises RunFolderError where the file is broken."""
         keys = ("frame", "kl", "reward")
         arrays = read_arrays(path, tuple(f"surprise_{key}" for key in keys))
         return Surprise(*(arrays[f"surprise_{key}"] for key in keys))

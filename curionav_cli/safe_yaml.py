@@ -1,17 +1,17 @@
-"""YAML whose aliases of aliases unfold into more than a machine holds: a few lines that become gigabytes."""
+"""YAML: the fast loader, and a check for aliases of aliases, by which a few lines become gigabytes."""
 
 from __future__ import annotations
 
 import yaml
 
-NODES, DEPTH = 10**6, 100  # of a YAML file with its aliases written out
-LOADER = getattr(yaml, "CSafeLoader", yaml.SafeLoader)  # ten times as fast, where libyaml is
+NODES, DEPTH = 10**6, 100  # limits for a YAML file with its aliases written out
+LOADER = getattr(yaml, "CSafeLoader", yaml.SafeLoader)  # ten times as fast, where libyaml is installed
 
 
 def refuse_bomb(text: str, first_only: bool = False) -> None:
-    """Raises ValueError where YAML has more nodes, its aliases written out, or is deeper than any file of ours.
+    """Raises ValueError where YAML with its aliases written out has more than NODES nodes or DEPTH levels.
 
-    `first_only`: of its documents only the first is looked at, where no other is read.
+    first_only: check the first document only, for readers that read no other.
     """
     sizes: dict[str, int] = {}
     open_nodes: list[tuple[str | None, int]] = [(None, 0)]

@@ -1,4 +1,4 @@
-"""An S3 service of the tests' own, in memory, that misbehaves when it is told to.
+"""An S3 service of the tests' own, in memory, that misbehaves on request.
 
 It shows what arrived of an upload that broke off, as s3rver does; ignores conditions and signatures, as many do; and
 takes `faults`: what it does with the next requests.

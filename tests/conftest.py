@@ -1,4 +1,4 @@
-"""For all tests: one thread, nobody's settings, a terminal of known width."""
+"""For all tests: one thread, no settings of the user, a terminal of known width."""
 
 from __future__ import annotations
 
@@ -9,11 +9,11 @@ import pytest
 os.environ.setdefault("OMP_NUM_THREADS", "1")
 os.environ.setdefault("OMP_WAIT_POLICY", "PASSIVE")
 
-pytest_plugins = ["commandline", "nouns", "servers"]
+pytest_plugins = ["commandline", "sample_records", "servers"]
 
 
 @pytest.fixture(autouse=True)
-def nobodys_environment(monkeypatch: pytest.MonkeyPatch) -> None:
+def clean_environment(monkeypatch: pytest.MonkeyPatch) -> None:
     for name in ("CURIONAV_CONFIG_PATH", "COMP_WORDS", "COMP_CWORD", "FORCE_COLOR", "GITHUB_ACTIONS"):
         monkeypatch.delenv(name, raising=False)
     monkeypatch.setenv("NO_COLOR", "1")

@@ -23,7 +23,7 @@ KEYS = {"AWS_ACCESS_KEY_ID": "AKIATESTKEY", "AWS_SECRET_ACCESS_KEY": "s3cr3t-of-
 
 @dataclass
 class Place:
-    """url: what a user types; bad: the server that can be told to misbehave, where it is that one."""
+    """url: what a user types; bad: the server that misbehaves on request, where it is that one."""
 
     kind: str
     url: str
@@ -97,7 +97,7 @@ def bad() -> Iterator[BadServer]:
 
 
 @pytest.fixture
-def nobody(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+def no_credentials(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     """No credentials of the person who runs the tests."""
     for name in [name for name in os.environ if name.startswith("AWS_")]:
         monkeypatch.delenv(name)

@@ -1,4 +1,4 @@
-"""The loop: who is called when, and what an episode holds."""
+"""The loop: the order of its calls, and what an episode holds."""
 
 import gymnasium
 import numpy as np
@@ -6,17 +6,17 @@ import pytest
 
 from curionav_cli.agents.agent import Agent
 from curionav_cli.loop import Callbacks, LocalLearner, NoLearning, run_episodes
-from curionav_cli.records import Foresight, Surprise
+from curionav_cli.records import Prediction, Surprise
 from curionav_cli.storage.replay import Replay
 
 
 class Line(gymnasium.Env):
-    """A world of one dimension that notes every call; its image is the number of steps since the start."""
+    """An environment of one dimension that notes every call; its image is the number of steps since the start."""
 
     def __init__(self, calls):
         self.calls, self.episode, self.x = calls, -1, 0
 
-    def look(self, collided=False):
+    def observe(self, collided=False):
         info = {"pose": np.array([self.x, 0.0, 0.0]), "collided": collided, "episode_index": self.episode}
         return {"image": np.full((64, 64, 3), self.x, np.uint8)}, info
 
@@ -24,15 +24,15 @@ class Line(gymnasium.Env):
         self.calls.append(("reset", seed, options))
         self.episode = options["episode"] if options else self.episode + 1
         self.x, self.events = 0, ({"episode": self.episode},)
-        return self.look()
+        return self.observe()
 
     def step(self, action):
         self.x += action
-        observation, info = self.look(collided=action == 0)
+        observation, info = self.observe(collided=action == 0)
         return observation, 0.0, False, False, info
 
 
-FORESEEN = Foresight(np.array([1]), np.array([[3]]), np.zeros((1, 1, 64, 64, 3), np.uint8),
+PREDICTION = Prediction(np.array([1]), np.array([[3]]), np.zeros((1, 1, 64, 64, 3), np.uint8),
                      error=np.array([[0.25], [0.75]], np.float32), repeat=np.array([[1.0], [0.0]], np.float32),
                      surprise=Surprise(*np.zeros((3, 1, 1), np.float32)))
 
@@ -55,8 +55,8 @@ class Counter(Agent):
         return self.t % 2
 
     def predict(self, index, episode):
-        self.calls.append(("foresee", index, len(episode)))
-        return FORESEEN if index == 1 else None
+        self.calls.append(("predict", index, len(episode)))
+        return PREDICTION if index == 1 else None
 
     def learn(self, replay, iterations, tick):
         self.calls.append(("learn", replay.steps, iterations))
@@ -66,16 +66,16 @@ class Counter(Agent):
 
 
 class Notes(Callbacks):
-    """A watcher that keeps everything."""
+    """Callbacks that keep everything."""
 
     def __init__(self):
-        self.steps, self.iterations, self.episodes, self.foreseen = [], [], [], []
+        self.steps, self.iterations, self.episodes, self.predictions = [], [], [], []
 
     def acted(self, step):
         self.steps.append(step)
 
-    def predicted(self, index, foresight):
-        self.foreseen.append((index, foresight))
+    def predicted(self, index, prediction):
+        self.predictions.append((index, prediction))
 
     def learned(self, iteration):
         self.iterations.append(iteration)
@@ -85,7 +85,7 @@ class Notes(Callbacks):
 
 
 @pytest.fixture
-def life():
+def looped():
     def run(first=0, episodes=3):
         calls, notes, stored = [], Notes(), []
         agent = Counter(calls)
@@ -95,11 +95,11 @@ def life():
     return run
 
 
-def test_steps_then_iterations_then_home(life):
-    calls, notes, stored = life()
+def test_steps_then_iterations_then_return_to_dock(looped):
+    calls, notes, stored = looped()
     reset, home = ("reset", 7, {"episode": 0}), ("reset", None, None)
-    assert calls == [reset, "begin", ("foresee", 0, 4), ("learn", 4, 2), home, "begin", ("foresee", 1, 4),
-                     ("learn", 8, 2), home, "begin", ("foresee", 2, 4), ("learn", 12, 2)]
+    assert calls == [reset, "begin", ("predict", 0, 4), ("learn", 4, 2), home, "begin", ("predict", 1, 4),
+                     ("learn", 8, 2), home, "begin", ("predict", 2, 4), ("learn", 12, 2)]
     assert notes.steps == [1, 2, 3, 4] * 3 and notes.iterations == [1, 2] * 3 and stored == [0, 1, 2]
 
 
@@ -108,7 +108,7 @@ def test_a_robot_may_end_on_its_dock() -> None:
 
     class Begun(Callbacks):
         def began(self, index, info):
-            began.append((index, info["episode"]))
+            began.append((index, info["episode_index"]))
 
     run_episodes(Line(calls), Counter(calls), NoLearning(), episodes=4, steps=2, seed=7, watch=Begun(), first=2,
                  return_after_last=True)
@@ -117,8 +117,8 @@ def test_a_robot_may_end_on_its_dock() -> None:
     assert began == [(2, 2), (3, 3), (4, 4)]
 
 
-def test_an_episode_holds_what_was_seen_before_and_after_each_action(life):
-    _, notes, _ = life()
+def test_an_episode_holds_the_observations_before_and_after_each_action(looped):
+    _, notes, _ = looped()
     index, episode, metrics = notes.episodes[1]
     assert index == 1 and len(episode) == 4 and episode.events == ({"episode": 1},)
     assert episode.action.tolist() == [1, 0, 1, 0] and episode.collided.tolist() == [False, True, False, True]
@@ -127,13 +127,13 @@ def test_an_episode_holds_what_was_seen_before_and_after_each_action(life):
     assert all(metrics[f"{kind}seconds_{what}"] >= 0 for kind in ("", "cpu_") for what in ("acting", "learning"))
 
 
-def test_an_episode_is_foreseen_before_it_is_learned_and_its_errors_are_noted(life):
-    _, notes, _ = life()
-    assert notes.foreseen == [(1, FORESEEN)]
+def test_an_episode_is_predicted_before_it_is_learned_and_its_errors_are_noted(looped):
+    _, notes, _ = looped()
+    assert notes.predictions == [(1, PREDICTION)]
     errors = [{k: v for k, v in metrics.items() if "mse" in k} for _, _, metrics in notes.episodes]
     assert errors == [{}, {"open_loop_mse_1": 0.5, "repeat_mse_1": 0.5}, {}]
 
 
-def test_a_life_can_begin_at_a_later_episode(life):
-    calls, notes, _ = life(first=2)
+def test_a_run_can_begin_at_a_later_episode(looped):
+    calls, notes, _ = looped(first=2)
     assert calls[0] == ("reset", 7, {"episode": 2}) and [index for index, _, _ in notes.episodes] == [2]

@@ -1,4 +1,4 @@
-"""Killed by SIGKILL at any moment, a resumed run ends as an undisturbed one, byte for byte on CPU."""
+"""Killed by SIGKILL at any moment, a resumed run ends as one without interruption, byte for byte on CPU."""
 
 import json
 import os
@@ -23,7 +23,7 @@ from curionav_cli.storage.run_folder import RunFolder
 
 third = lambda recorder: recorder.coverage.steps == 24
 if moment == "acting": at(Recorder, "acted", lambda recorder, step: third(recorder) and step == 7)
-if moment == "foreseeing": at(RunFolder, "save_foresight", lambda run, index, foresight: index == 2)
+if moment == "predicting": at(RunFolder, "save_prediction", lambda run, index, prediction: index == 2)
 if moment == "training": at(Recorder, "learned", lambda recorder, i: third(recorder) and i == 2)
 if moment == "saving": at(checkpoint, "flush", lambda path: path.parent.name == "000003.part")
 if moment == "between": at(RunFolder, "append_metrics", lambda run, row: row["episode"] == 2)
@@ -45,13 +45,13 @@ def undisturbed(tmp_path_factory):
     return leftovers(run)
 
 
-def test_what_was_foreseen_is_among_it(undisturbed):
-    foreseen = [name for name in undisturbed if name.startswith("predictions/")]
-    assert foreseen == [f"predictions/00000{n}.npz" for n in range(4)]
+def test_predictions_are_among_its_files(undisturbed):
+    predictions = [name for name in undisturbed if name.startswith("predictions/")]
+    assert predictions == [f"predictions/00000{n}.npz" for n in range(4)]
     assert all({"open_loop_mse_5", "repeat_mse_5"} <= row.keys() for row in undisturbed["metrics"])
 
 
-@pytest.mark.parametrize("moment", ["acting", "foreseeing", "training", "saving", "between", "drawing"])
+@pytest.mark.parametrize("moment", ["acting", "predicting", "training", "saving", "between", "drawing"])
 def test_a_killed_run_ends_as_an_undisturbed_one(tmp_path, undisturbed, moment):
     run = tmp_path / "run"
     killed = curionav(moment, "explore", *LEARNER, f"hydra.run.dir={run}", program=("-c", KILLED))
@@ -102,7 +102,7 @@ def test_a_finished_run_returns_at_once_and_more_episodes_go_on_from_it(tmp_path
     (lambda run: [path.write_text("{") for path in run.glob("checkpoint/*/rng.json")], "000002/rng.json is not whole"),
     (lambda run: shutil.rmtree(run / "checkpoint"), "checkpoint holds no whole checkpoint"),
 ])
-def test_a_broken_run_is_told_in_one_line(tmp_path, harm, said):
+def test_a_broken_run_is_refused_in_one_line(tmp_path, harm, said):
     run = tmp_path / "run"
     words = ("agent=random", "loop.steps=5", "loop.episodes=2", f"hydra.run.dir={run}")
     assert curionav("explore", *words).returncode == 0
@@ -119,8 +119,8 @@ def test_what_is_not_a_run_is_named(tmp_path):
     assert empty.returncode == 2 and "holds no run" in empty.stderr
 
 
-def test_a_life_of_held_actions_is_resumed_as_well(tmp_path):
-    """Five steps an action, and episodes of twelve: two steps of each teach nothing."""
+def test_a_run_of_held_actions_is_resumed_as_well(tmp_path):
+    """Five steps an action, and episodes of twelve: two steps of each are not learned from."""
     changed = {"agent.action_repeat=1": "agent.action_repeat=5", "agent.sequence_length=8": "agent.sequence_length=3"}
     words = [changed.get(word, word) for word in LEARNER]
     assert curionav("explore", *words, f"hydra.run.dir={tmp_path / 'quiet'}").returncode == 0

@@ -1,4 +1,4 @@
-"""A learner small enough to live through a test, as overrides for the command line."""
+"""A learner small enough for a test, as overrides for the command line."""
 
 from __future__ import annotations
 

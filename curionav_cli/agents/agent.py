@@ -6,7 +6,7 @@
         for N steps:
             action = agent.act(observation, info)    # 0 forward 0.25 m, 1 left 10 deg, 2 right 10 deg
             observation, info = env.step(action)
-        agent.foresee(index, episode)                # what it would have expected of it, for the figures
+        agent.predict(index, episode)                # what it would have expected of it, for the figures
         metrics = agent.learn(replay, iterations)    # K iterations on all that was lived so far
         agent.save(folder)                           # load(folder) restores it to the bit
 
@@ -25,7 +25,7 @@ import numpy as np
 
 from curionav_cli.constants import Stream
 from curionav_cli.files import read_json
-from curionav_cli.records import Episode, Foresight
+from curionav_cli.records import Episode, Prediction
 from curionav_cli.storage.replay import Replay
 
 
@@ -56,7 +56,7 @@ class Agent(ABC):
         info: pose (x, y, yaw), collided (did the last action fall short), episode_index.
         """
 
-    def predict(self, index: int, episode: Episode) -> Foresight | None:
+    def predict(self, index: int, episode: Episode) -> Prediction | None:
         """What it expects of episode `index` before it learns from it; None if it expects nothing.
 
         Changes nothing in the agent: what it draws comes from a generator of this episode alone.

@@ -100,8 +100,8 @@ def launch(request: Request, work: Work, summary: Summary, check: Check | None =
             raise ConfigError(f"curionav {request.command} has no objective to search by. "
                               "Search with curionav explore, or sweep without hydra/sweeper.")
         if not todo.multirun:
-            RunFolder(todo.folder).refuse_company()  # before Hydra writes there
-        with RunFolder(todo.folder).alone() if todo.engine else nullcontext():
+            RunFolder(todo.folder).refuse_if_in_use()  # before Hydra writes there
+        with RunFolder(todo.folder).locked() if todo.engine else nullcontext():
             work = RecordFailure(SkipFailed(work) if request.skip_failed else work)
             return run_plan(hydra, todo, request, work, summary, objective)
 

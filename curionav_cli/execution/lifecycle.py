@@ -58,9 +58,9 @@ def run_task(command: str, task: Task) -> RunFolder:
     Raises UserError before anything is written, RunFailed where the run cannot go on.
     """
     run, saved = task.run, None
-    with run.alone(), stoppable():
+    with run.locked(), stoppable():
         begun = run.config.is_file()
-        run.refuse_rest()
+        run.refuse_without_config()
         if begun:
             checkpoint.refuse_changes(run.path, read_json(run.path / "fixed.json"), task.fixed)
             if finished(task):

@@ -12,7 +12,7 @@ from curionav_cli.constants import FORWARD, LEFT, RIGHT
 from curionav_cli.execution.progress import ExploreProgress, ServeProgress, TrainProgress
 from curionav_cli.geometry import wrapped
 from curionav_cli.loop import Callbacks
-from curionav_cli.records import Episode, Foresight
+from curionav_cli.records import Episode, Prediction
 from curionav_cli.results.coverage import Coverage
 from curionav_cli.storage import checkpoint
 from curionav_cli.storage.loggers import Local
@@ -69,8 +69,8 @@ class Recorder(Keeper, Callbacks):
     def learned(self, iteration: int) -> None:
         self.report.learned(iteration)
 
-    def predicted(self, index: int, foresight: Foresight) -> None:
-        self.run.save_foresight(index, foresight)
+    def predicted(self, index: int, prediction: Prediction) -> None:
+        self.run.save_prediction(index, prediction)
 
     def episode_done(self, index: int, episode: Episode, metrics: dict[str, float]) -> None:
         cells = self.coverage.add(episode.pose)

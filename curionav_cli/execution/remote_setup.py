@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import time
 from typing import Any
 
@@ -14,13 +13,10 @@ from curionav_cli.execution.progress import say
 from curionav_cli.loop import RemoteLearner
 from curionav_cli.remote.object_store import EXAMPLES, ObjectStore
 from curionav_cli.remote.outbox import Outbox
-from curionav_cli.remote.protocol import MARKED, SETTINGS, fingerprint
+from curionav_cli.remote.protocol import MARKED, agree_on_settings, fingerprint
 from curionav_cli.remote.robot_sync import RobotSync, Time
 from curionav_cli.remote.weight_cache import WeightCache
-from curionav_cli.storage import checkpoint
 from curionav_cli.storage.run_folder import RunFolder
-
-LARGEST = 1 << 20  # bytes that settings.json may have
 
 
 def remote_learner(settings: Config, run: RunFolder, agent: Agent, shared: dict[str, Any]) -> RemoteLearner:
@@ -30,7 +26,7 @@ def remote_learner(settings: Config, run: RunFolder, agent: Agent, shared: dict[
     fresh = not run.episode_paths()
     try:
         store.create()
-        agree(store, shared)
+        agree_on_settings(store, shared)
         if fresh and store.names("episodes", MARKED):
             raise RunFolderError(f"storage: {settings.storage} holds the episodes of another run. Resume that run, "
                                  "or use an empty storage.")
@@ -62,22 +58,6 @@ def refuse_undelivered(run: RunFolder) -> None:
     if waiting:
         raise RunFailed(f"{waiting} episode{'s' * (waiting != 1)} could not be delivered and wait in "
                         f"{run.path / 'outbox'}. Nothing is lost; the same command again delivers them.")
-
-
-def agree(store: ObjectStore, shared: dict[str, Any]) -> None:
-    """Compare the settings with those in the storage, or put them there. Raises RunFolderError for a difference."""
-    try:
-        raw = store.get(SETTINGS, LARGEST)
-        stored = None if raw is None else json.loads(raw)
-    except (ValueError, RecursionError):
-        raise RunFolderError("storage: its settings.json is broken. Remove the file.") from None
-    if raw is None:
-        store.put(SETTINGS, json.dumps(shared, indent=2).encode())
-        return
-    differing = checkpoint.differences(stored, json.loads(json.dumps(shared)))
-    if differing:
-        raise RunFolderError(f"storage: it is used with other settings: {differing[0]}. Robot and server need the "
-                             "same, and every run a storage of its own.")
 
 
 def check(settings: Config) -> None:

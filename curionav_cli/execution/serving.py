@@ -20,11 +20,11 @@ from curionav_cli.execution.lifecycle import run_task
 from curionav_cli.execution.precision import with_precision
 from curionav_cli.execution.progress import ServeProgress, say
 from curionav_cli.execution.recorder import Recorder
-from curionav_cli.execution.remote_setup import agree, opened, refuse_denied
+from curionav_cli.execution.remote_setup import opened, refuse_denied
 from curionav_cli.loop import LocalLearner, clocks, spent
 from curionav_cli.remote.inbox import Arrival, Inbox
 from curionav_cli.remote.ledger import Ledger
-from curionav_cli.remote.protocol import fingerprint
+from curionav_cli.remote.protocol import agree_on_settings, fingerprint
 from curionav_cli.remote.robot_sync import Time
 from curionav_cli.remote.training_server import TrainingServer
 from curionav_cli.remote.weight_publisher import WeightPublisher
@@ -81,7 +81,7 @@ class Service(Exploration):
         inbox.first = ledger.rewind(first)
         try:
             store.create()
-            agree(store, shared)
+            agree_on_settings(store, shared)
         except Unreachable as error:
             refuse_denied(settings, error)
             say(f"the storage is not reachable ({error})")

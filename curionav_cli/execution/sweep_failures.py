@@ -32,7 +32,7 @@ def note_killed(folder: Path, why: str) -> None:
     """Set the state of runs that are recorded as running and have no process any more."""
     for run in RunFolder.inside(folder):
         try:
-            killed = run.status.get("state") == "running" and not run.alive
+            killed = run.status.get("state") == "running" and not run.in_use
         except RunFolderError:
             killed = True
         if killed:

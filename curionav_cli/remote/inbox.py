@@ -1,6 +1,6 @@
-"""What the server takes in: episodes that are marked, each verified here, each once, in the order of their numbers.
+"""The server's inbox: marked episodes, each verified here, each once, in the order of their numbers.
 
-A number that is missing, or came broken, is waited for: with it the weights are those of a life without faults.
+A number that is missing or arrived broken is waited for, so that the weights are those of a run without faults.
 """
 
 from __future__ import annotations
@@ -15,74 +15,77 @@ import numpy as np
 
 from curionav_cli.constants import IMAGE_SHAPE
 from curionav_cli.errors import EpisodeRefused, RunFolderError
-from curionav_cli.files import opened, write_whole
+from curionav_cli.files import opened, write_bytes
 from curionav_cli.records import Episode, held
 from curionav_cli.remote.ledger import Ledger
 from curionav_cli.remote.object_store import ObjectStore
 from curionav_cli.remote.protocol import MARKED, SMALL, Marker, Refusal, parsed, sha256, written
 
 MEMBERS = {f"{name}.npy" for name in ("image", "action", "pose", "collided", "events")}
-BELIEF = {"estimate.npy", "dock.npy"}  # of a robot that drifts
-WORDS = ("events.npy", "dock.npy")
-OTHERS = 1 << 20  # bytes of an episode that are neither frames nor numbers of a step
+ESTIMATE = {"estimate.npy", "dock.npy"}  # of a robot with odometry drift
+TEXTS = ("events.npy", "dock.npy")
+TEXT_BYTES = 1 << 20  # at most, of an episode
 STEP = math.prod(IMAGE_SHAPE) + 128  # bytes of a step
-LONGEST = 60.0  # seconds until a refused episode is looked at again
+LONGEST = 60.0  # seconds until a refused episode is fetched again
 
 
 class Arrival(NamedTuple):
-    """An episode that is whole."""
+    """A verified episode and its marker."""
 
     marker: Marker
     episode: Episode
 
 
 class Inbox:
-    """settings: the fingerprint that markers must carry. steps: of the longest episode. gap: seconds that a missing
-    number is waited for. folder: where broken episodes are put, the newest of each name. clock: seconds. every: steps
-    for which actions are held."""
+    """Episodes of a storage that are not yet learned from.
+
+    folder: the quarantine, where broken episodes are kept, the newest of each name. settings: the fingerprint that
+    markers must carry. steps: of the longest episode. gap: seconds that a missing number is waited for. clock: the
+    time in seconds. say: prints a line. every: steps for which actions are held.
+    """
 
     def __init__(self, store: ObjectStore, ledger: Ledger, folder: Path, *, settings: str, steps: int, gap: float,
                  clock: Callable[[], float], say: Callable[[str], None], every: int = 1):
         self.store, self.ledger, self.folder, self.settings, self.steps = store, ledger, folder, settings, steps
         self.gap, self.clock, self.say, self.every = gap, clock, say, every
-        self.first: list[str] = []  # what was taken before an interruption comes first again
-        self.again: dict[str, float] = {}  # when a refused one is looked at again
-        self.missed: float | None = None  # since when a number is missing
+        self.first: list[str] = []  # taken before an interruption: these come first again
+        self.retry_at: dict[str, float] = {}  # the time at which a refused episode is fetched again
+        self.missing_since: float | None = None
 
     def next(self) -> Arrival | None:
-        """The next one to learn from; None: there is none now. Raises Unreachable."""
+        """The next episode to learn from; None where there is none now. Raises Unreachable."""
         taken = self.ledger.names()
-        there = [name.removesuffix(".json") for name in self.store.names("episodes", MARKED)]
-        for name in [name for name in self.first if name in there] + there:
-            if name in taken or self.clock() < self.again.get(name, float("-inf")):
+        marked = [name.removesuffix(".json") for name in self.store.names("episodes", MARKED)]
+        for name in [name for name in self.first if name in marked] + marked:
+            if name in taken or self.clock() < self.retry_at.get(name, float("-inf")):
                 continue
             seq, due = int(name.partition("-")[0]), self.ledger.newest() + 1
             if seq > due and name not in self.first and not self.waited(due, seq):
                 return None
             try:
-                found = self.fetch(name)
+                arrival = self.fetch(name)
             except EpisodeRefused as error:
                 self.refuse(name, str(error))
                 continue
-            self.missed = None
-            self.accept(found.marker)
-            return found
+            self.missing_since = None
+            self.accept(arrival.marker)
+            return arrival
         return None
 
     def waited(self, due: int, seq: int) -> bool:
         """Whether number `due` was waited for long enough to go on with `seq`."""
         now = self.clock()
-        if self.missed is None:
-            self.missed = now
+        if self.missing_since is None:
+            self.missing_since = now
             if self.gap:
                 self.say(f"episode {seq} is here and {due} is not: waits up to {self.gap:g} s for it")
-        if now - self.missed < self.gap:
+        if now - self.missing_since < self.gap:
             return False
         self.say(f"episode {due} did not come: goes on with {seq}")
         return True
 
     def fetch(self, name: str) -> Arrival:
-        """Read and verify. Raises EpisodeRefused for what is broken, missing, or not what its marker says."""
+        """Read and verify an episode. Raises EpisodeRefused where it is broken, missing or not as its marker states."""
         try:
             marker = parsed(Marker, self.store.get(f"episodes/{name}.json", SMALL) or b"")
             self.check(marker, name)
@@ -91,64 +94,64 @@ class Inbox:
                 raise ValueError("there is a marker and no episode")
             if len(raw) != marker.size or sha256(raw) != marker.sha256:
                 self.quarantine(name, raw)
-                raise ValueError(f"its {len(raw)} bytes are not the {marker.size} that its marker tells of")
+                raise ValueError(f"its {len(raw)} bytes are not the {marker.size} that its marker states")
             return Arrival(marker, self.unpacked(name, raw, marker))
         except (ValueError, TypeError, RunFolderError) as error:
             raise EpisodeRefused(str(error)) from error
 
     def check(self, marker: Marker, name: str) -> None:
-        """Raises ValueError for a marker that cannot be meant."""
+        """Raises ValueError for a marker of another episode, other settings, or an impossible size."""
         if marker.name != name:
-            raise ValueError("its marker tells of another one")
+            raise ValueError("its marker names another episode")
         if marker.settings != self.settings:
-            raise ValueError("it was lived with other settings")
-        if not 1 <= marker.steps <= self.steps or marker.size > room(self.steps):
+            raise ValueError("it was recorded with other settings")
+        if not 1 <= marker.steps <= self.steps or marker.size > most_bytes(self.steps):
             raise ValueError(f"{marker.steps} steps in {marker.size} bytes cannot be")
 
     def unpacked(self, name: str, raw: bytes, marker: Marker) -> Episode:
-        """Raises ValueError, before anything is unpacked, for what would be no episode of that length."""
+        """The episode in an archive. Raises ValueError, before unpacking, where it cannot be one of that length."""
         self.folder.mkdir(exist_ok=True)
         refuse_bombs(raw)
         path = self.quarantine(name, raw)
         with opened(path) as archive:
             sizes = {info.filename: info.file_size for info in archive.infolist()}
-        if sizes.keys() not in (MEMBERS, MEMBERS | BELIEF) or sum(sizes.values()) > room(marker.steps) or \
-                sum(sizes.get(name, 0) for name in WORDS) > OTHERS:
+        if sizes.keys() not in (MEMBERS, MEMBERS | ESTIMATE) or sum(sizes.values()) > most_bytes(marker.steps) or \
+                sum(sizes.get(name, 0) for name in TEXTS) > TEXT_BYTES:
             raise ValueError("it does not hold what an episode holds")
         episode = Episode.load(path)
-        refuse_odd(episode, marker.steps)
+        refuse_wrong_arrays(episode, marker.steps)
         held(episode.action, self.every, "it")
         path.unlink()
         return episode
 
     def quarantine(self, name: str, raw: bytes) -> Path:
-        """Where it stays as long as it is not known to be whole."""
+        """Keep an archive that is not verified yet; its path."""
         self.folder.mkdir(exist_ok=True)
         path = self.folder / f"{name}.npz"
-        write_whole(path, lambda file: file.write(raw))
+        write_bytes(path, raw)
         return path
 
     def refuse(self, name: str, reason: str) -> None:
-        """Note it, for the robot too, which then sends it again."""
+        """Note a refusal, in the storage too, where the robot finds it and sends the episode again."""
         plain = reason.encode("ascii", "replace").decode()[:200]
         times = self.ledger.refuse(name, plain)
-        self.again[name] = self.clock() + min(LONGEST, 2.0 ** min(times, 10))
+        self.retry_at[name] = self.clock() + min(LONGEST, 2.0 ** min(times, 10))
         if times == 1:
             self.say(f"episode {name} is refused: {plain}")
         self.store.put(f"refused/{name}.json", written(Refusal(times, plain)))
 
     def accept(self, marker: Marker) -> None:
-        """It is whole: what was noted against it is forgotten."""
-        if self.ledger.forgive(marker.name):
+        """Remove the refusals of an episode that arrived whole."""
+        if self.ledger.remove_refusal(marker.name):
             self.say(f"episode {marker.name} came whole now")
             self.store.delete(f"refused/{marker.name}.json")
         (self.folder / f"{marker.name}.npz").unlink(missing_ok=True)
-        if self.ledger.twins(marker.seq):
+        if self.ledger.taken(marker.seq):
             self.say(f"episode {marker.seq} came twice, with different content: both are learned from")
 
 
-def refuse_odd(episode: Episode, steps: int) -> None:
-    """Raises ValueError where arrays are not of these many steps, of another kind, or not finite."""
+def refuse_wrong_arrays(episode: Episode, steps: int) -> None:
+    """Raises ValueError where arrays are not of `steps` steps, not of the right kind, or not finite."""
     poses = (episode.pose, *([] if episode.estimate is None else [episode.estimate]))
     if any(pose.shape != (steps + 1, 3) or pose.dtype != np.float64 or not np.isfinite(pose).all() for pose in poses):
         raise ValueError(f"it holds no {steps + 1} poses")
@@ -159,16 +162,16 @@ def refuse_odd(episode: Episode, steps: int) -> None:
         raise ValueError("its events are none")
 
 
-def room(steps: int) -> int:
-    """Bytes that an episode of so many steps can have, packed or not."""
-    return (steps + 1) * STEP + OTHERS
+def most_bytes(steps: int) -> int:
+    """Bytes that an episode of `steps` steps has at most, packed or not."""
+    return (steps + 1) * STEP + TEXT_BYTES
 
 
 def refuse_bombs(raw: bytes) -> None:
-    """Raises ValueError for an archive whose table of contents is longer than that of an episode."""
+    """Raises ValueError for an archive whose table of contents is larger than that of an episode."""
     end = raw[-22:]
     if len(end) < 22 or end[:4] != b"PK\5\6" or raw[-42:-38] == b"PK\6\7":  # the latter: a second, longer table
         raise ValueError("it is no archive as numpy writes it")
     entries, size = struct.unpack("<10xHI6x", end)
-    if entries not in (len(MEMBERS), len(MEMBERS | BELIEF)) or size > 1 << 12:
+    if entries not in (len(MEMBERS), len(MEMBERS | ESTIMATE)) or size > 1 << 12:
         raise ValueError("its table of contents is not that of an episode")

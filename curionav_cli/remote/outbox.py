@@ -1,9 +1,9 @@
-"""What a robot has lived and not yet delivered: on its own disk, so that neither a crash nor the network loses it.
+"""The robot's outbox: episodes not yet delivered, on its own disk, so that neither a crash nor the network loses them.
 
     outbox/
         000003-<sha>.npz    the episode, the same file as in episodes/ (a hard link)
-        000003-<sha>.json   its marker, written last: what has none is not in the outbox
-        sent/               markers of what was delivered, in case the server wants it again
+        000003-<sha>.json   its marker, written last: an episode without one is not in the outbox
+        sent/               markers of delivered episodes, in case the server asks for one again
 """
 
 from __future__ import annotations
@@ -15,14 +15,18 @@ import uuid
 from pathlib import Path
 
 from curionav_cli.errors import RunFolderError
-from curionav_cli.files import write_whole
+from curionav_cli.files import write_bytes
 from curionav_cli.records import Episode
 from curionav_cli.remote.protocol import Marker, parsed, sha256, written
 from curionav_cli.storage.checkpoint import flush
 
 
 class Outbox:
-    """settings: the fingerprint that every marker carries. most: episodes; share: of the disk, before it is full."""
+    """Episodes that wait in `folder`.
+
+    settings: the fingerprint that every marker carries. most: episodes, and share: of the disk that may be filled,
+    before the outbox is full.
+    """
 
     def __init__(self, folder: Path, settings: str, most: int, share: float):
         self.folder, self.settings, self.most, self.share = folder, settings, most, share
@@ -30,42 +34,46 @@ class Outbox:
         self.sent.mkdir(parents=True, exist_ok=True)
 
     def add(self, seq: int, path: Path, episode: Episode, weights: int) -> Marker:
-        """Episode `seq` that was saved at `path`, lived with this version. The same one again changes nothing."""
+        """Add episode `seq`, saved at `path` and recorded with this version of the weights; its marker.
+
+        Adding the same episode again changes nothing.
+        """
         digest = sha256(path.read_bytes())
         marker = Marker(seq, digest, path.stat().st_size, len(episode), weights, self.settings, boot(),
                         time.monotonic(), time.time())
         if not (self.sent / f"{marker.name}.json").exists():
             link(path, self.data(marker))
-            write_whole(self.folder / f"{marker.name}.json", lambda file: file.write(written(marker)))
+            write_bytes(self.folder / f"{marker.name}.json", written(marker))
             flush(self.folder)
         return marker
 
     def waiting(self) -> list[Marker]:
-        """In the order in which they were lived."""
+        """Markers of the episodes to deliver, in order. Raises RunFolderError where one is broken."""
         return [noted(path) for path in sorted(self.folder.glob("*.json"))]
 
     def recorded(self, seq: int, weights: int) -> bool:
-        """Whether episode `seq` was lived with this version before, and is or was in here."""
+        """Whether episode `seq` was recorded with this version of the weights before: it waits here or was sent."""
         notes = [path for folder in (self.folder, self.sent) for path in folder.glob(f"{seq:06d}-*.json")]
         return any(noted(path).weights == weights for path in notes)
 
     def data(self, marker: Marker) -> Path:
+        """The file of an episode that waits."""
         return self.folder / f"{marker.name}.npz"
 
     def deliver(self, marker: Marker) -> None:
-        """It has arrived."""
+        """Take an episode that has arrived out of the outbox."""
         note = self.folder / f"{marker.name}.json"
         note.replace(self.sent / note.name)
         self.data(marker).unlink(missing_ok=True)
         flush(self.folder)
 
     def delivered(self, name: str) -> Marker | None:
-        """What was sent under this name, if it was."""
+        """The marker of a delivered episode; None where no such episode was delivered."""
         path = self.sent / f"{name}.json"
         return noted(path) if path.exists() else None
 
     def full(self) -> str:
-        """Why there is no room for another episode; '' while there is."""
+        """Why the outbox takes no further episode; '' where it does."""
         waiting = len(list(self.folder.glob("*.json")))
         if waiting >= self.most:
             return f"{waiting} episodes wait in {self.folder} (remote.outbox={self.most})"
@@ -76,7 +84,7 @@ class Outbox:
 
 
 def noted(path: Path) -> Marker:
-    """Raises RunFolderError for a marker that the disk has spoilt."""
+    """The marker in a file. Raises RunFolderError where it is broken."""
     try:
         return parsed(Marker, path.read_bytes())
     except ValueError as error:
@@ -84,7 +92,7 @@ def noted(path: Path) -> Marker:
 
 
 def link(path: Path, to: Path) -> None:
-    """Two names for one file; a copy on file systems that have no links."""
+    """Give a file a second name; copy it on file systems without hard links."""
     to.unlink(missing_ok=True)
     try:
         os.link(path, to)
@@ -94,6 +102,6 @@ def link(path: Path, to: Path) -> None:
 
 
 def boot() -> str:
-    """Which boot of the machine this is; monotonic clocks are to be compared within one only."""
+    """The id of this boot of the machine; monotonic clocks of different boots cannot be compared."""
     path = Path("/proc/sys/kernel/random/boot_id")
     return path.read_text().strip() if path.exists() else str(uuid.uuid4())

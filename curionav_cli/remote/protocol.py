@@ -1,14 +1,14 @@
-"""What robot and server write for each other, and where (paper, section "Lifelong learning").
+"""The objects that robot and server exchange, and their keys (paper, section "Lifelong learning").
 
-    settings.json                 what both must agree on; by whoever comes first
+    settings.json                 the settings that both must agree on; by whichever comes first
     episodes/000003-<sha>.npz     an episode, named by its number and its SHA-256; by the robot, never changed
-    episodes/000003-<sha>.json    its marker, written after it: now it counts
-    refused/000003-<sha>.json     by the server: the object was not what its marker says, send it again
-    weights/000004-<sha>.safetensors   after four trained episodes; by the server
+    episodes/000003-<sha>.json    its marker, written after it: only a marked episode counts
+    refused/000003-<sha>.json     by the server: the episode was not what its marker states, send it again
+    weights/000004-<sha>.safetensors   weights trained on four episodes; by the server
     weights/LATEST.json           the pointer to the newest, written after it
-    trainer.json                  which server is at work: a second one is warned
+    trainer.json                  the server at work, so that a second one is warned
 
-One writer a folder, so that no conditional writes are needed. No clock has a say: order is that of numbers. Whatever
+One writer a folder, so that no conditional writes are needed. Order is that of numbers, never of clocks. Whatever
 comes from the storage may be hostile: names are matched, JSON is bounded and typed, nothing is ever unpickled.
 """
 
@@ -20,7 +20,13 @@ import re
 from dataclasses import asdict, dataclass, fields
 from typing import Any, TypeVar
 
-SMALL = 1 << 16  # bytes that a JSON object here may have
+from curionav_cli.errors import RunFolderError
+from curionav_cli.files import Seal
+from curionav_cli.remote.object_store import ObjectStore
+from curionav_cli.storage.checkpoint import differences
+
+SMALL = 1 << 16  # bytes that a note may have
+LARGEST = 1 << 20  # bytes that settings.json may have
 SHA = re.compile(r"[0-9a-f]{64}")
 MARKED = re.compile(r"\d{6,9}-[0-9a-f]{16}\.json")
 PLAIN = re.compile(r"[\x20-\x7e]{0,200}")
@@ -31,9 +37,10 @@ T = TypeVar("T")
 
 @dataclass(frozen=True)
 class Marker:
-    """Says that an episode is there. seq: its number in the robot's life; weights: the version that acted.
+    """The note that an episode is complete. seq: its number in the robot's run; weights: the version that acted.
 
-    boot, monotonic and wall (seconds) say when it was lived, for people; nothing is decided by them.
+    size: bytes of the episode; steps: its length; settings: the fingerprint of the run's. boot, monotonic and wall
+    (seconds) tell people when it was recorded; nothing is decided by them.
     """
 
     seq: int
@@ -48,12 +55,17 @@ class Marker:
 
     @property
     def name(self) -> str:
+        """The episode's name: its number and the beginning of its SHA-256."""
         return f"{self.seq:06d}-{self.sha256[:16]}"
 
 
 @dataclass(frozen=True)
 class Pointer:
-    """Says which weights are the newest. version: how many episodes they were trained on; seq: the newest of them."""
+    """The note that names the newest weights.
+
+    version: number of episodes they were trained on; seq: the newest of these; size: bytes of the weights; settings:
+    the fingerprint of the run's.
+    """
 
     version: int
     sha256: str
@@ -63,43 +75,50 @@ class Pointer:
 
     @property
     def name(self) -> str:
+        """The weights' name: their version and the beginning of their SHA-256."""
         return f"{self.version:06d}-{self.sha256[:16]}"
 
     @property
     def key(self) -> str:
+        """The key of the weights in the storage."""
         return f"weights/{self.name}.safetensors"
 
 
 @dataclass(frozen=True)
 class Refusal:
-    """Says that an episode could not be used; times: how often by now, which makes a new one of it each time."""
+    """The note that an episode could not be used. times: how often so far, so that each refusal is answered once."""
 
     times: int
     reason: str
 
 
+def fingerprint(settings: dict[str, Any]) -> str:
+    """SHA-256 of the JSON of a dictionary, such as the settings that both sides must agree on."""
+    return sha256(json.dumps(settings, sort_keys=True).encode())
+
+
+def sha256(raw: bytes) -> str:
+    """The SHA-256 of bytes, in hexadecimal."""
+    return hashlib.sha256(raw).hexdigest()
+
+
+SEAL = Seal("check", lambda plain: fingerprint(plain)[:16])
+
+
 def written(note: Any) -> bytes:
-    return sealed(asdict(note))
-
-
-def sealed(held: dict[str, Any]) -> bytes:
-    """JSON with a checksum of itself: a storage may flip a bit where it still reads well."""
-    return json.dumps({**held, "check": seal(held)}).encode()
-
-
-def seal(held: dict[str, Any]) -> str:
-    return fingerprint(held)[:16]
+    """The JSON of a Marker, Pointer or Refusal, with a checksum of itself."""
+    return SEAL.sealed(asdict(note)).encode()
 
 
 def parsed(kind: type[T], raw: bytes) -> T:
-    """A note of this kind. Raises ValueError where it is none."""
+    """The note of this kind that `written` wrote. Raises ValueError for anything else."""
     try:
         held = json.loads(raw)
     except RecursionError:
         raise ValueError("it is nested too deeply") from None
     if not isinstance(held, dict):
         raise ValueError("it is no JSON object")
-    if held.pop("check", None) != seal(held):
+    if not SEAL.removed(held):
         raise ValueError("its checksum is another one")
     values = {}
     for field in fields(kind):  # type: ignore[arg-type]
@@ -111,7 +130,7 @@ def parsed(kind: type[T], raw: bytes) -> T:
 
 
 def fits(name: str, kind: str, value: Any) -> bool:
-    """Whether a value read from JSON can be that field's."""
+    """Whether a value read from JSON can be that of the field `name`, annotated as `kind`."""
     if kind == "int":
         return type(value) is int and 0 <= value < (10**9 if name == "seq" else 2**53)
     if kind == "float":
@@ -121,10 +140,20 @@ def fits(name: str, kind: str, value: Any) -> bool:
     return isinstance(value, str) and PLAIN.fullmatch(value) is not None
 
 
-def fingerprint(settings: dict[str, Any]) -> str:
-    """SHA-256 of what both sides must agree on."""
-    return sha256(json.dumps(settings, sort_keys=True).encode())
+def agree_on_settings(store: ObjectStore, settings: dict[str, Any]) -> None:
+    """Write settings.json, or compare with what the other side wrote.
 
-
-def sha256(raw: bytes) -> str:
-    return hashlib.sha256(raw).hexdigest()
+    Raises RunFolderError that names the first setting that differs, and Unreachable.
+    """
+    try:
+        raw = store.get(SETTINGS, LARGEST)
+        agreed = None if raw is None else json.loads(raw)
+    except (ValueError, RecursionError):
+        raise RunFolderError("storage: its settings.json is broken. Remove it.") from None
+    if raw is None:
+        store.put(SETTINGS, json.dumps(settings, indent=2).encode())
+        return
+    differing = differences(agreed, json.loads(json.dumps(settings)))
+    if differing:
+        raise RunFolderError(f"storage: it is used with other settings: {differing[0]}. Robot and server need the "
+                             "same, and every run a place of its own.")

@@ -1,4 +1,4 @@
-"""The settings of robot and server that meet at a storage."""
+"""Settings of robot and server that meet at a storage."""
 
 from __future__ import annotations
 
@@ -9,7 +9,11 @@ from curionav_cli.bounds import bounded
 
 @dataclass(frozen=True)
 class Remote:
-    """How robot and server wait for each other, in seconds; and what a robot keeps that could not be delivered."""
+    """How long robot and server wait for each other, and what a robot keeps undelivered; values in conf/.
+
+    wait, offline, poll, timeout, gap: seconds. outbox: episodes. disk: share of it that may be filled. Raises
+    ValueError where one is out of range.
+    """
 
     wait: float
     offline: float

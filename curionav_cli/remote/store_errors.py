@@ -1,4 +1,4 @@
-"""Why a storage gave no answer, in our own words: the errors of obstore quote requests and what a server said."""
+"""Why a storage failed, in our own words, because obstore's errors quote requests and answers of the server."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import re
 
 from curionav_cli.errors import Denied, Unreachable
 
-REASONS = (  # the first that is found
+REASONS = (  # the first whose pattern is found
     (Denied, r"RequestTimeTooSkewed|RequestExpired|difference between the request time",
      "it says that this machine's clock is wrong: set it"),
     (Denied, r"Error parsing Path|InvalidPath|parse path",
@@ -31,9 +31,9 @@ REASONS = (  # the first that is found
 
 
 def unreachable(text: str) -> Unreachable:
-    """One of the reasons that are known; else the code of the error, if there is one."""
-    for kind, pattern, words in REASONS:
+    """The error for obstore's message: a known reason, else the code of the error, if there is one."""
+    for kind, pattern, reason in REASONS:
         if re.search(pattern, text):
-            return kind(words)
+            return kind(reason)
     code = re.search(r"<Code>([A-Za-z]{1,60})</Code>", text) or re.search(r"status code: (\d{3})", text)
-    return Unreachable(f"it answers {code[1]}" if code else "an error that is not known")
+    return Unreachable(f"it answers {code[1]}" if code else "an unknown error")

@@ -1,6 +1,7 @@
-"""The server's round: an episode is taken, learned from, saved, its weights are published; then the next (paper,
-section "Lifelong learning"). Killed anywhere, it goes on from its newest checkpoint and does the rest again, to the
-same bytes."""
+"""The server's loop: take an episode, learn, save, publish the weights (paper, section "Lifelong learning").
+
+Killed anywhere, it goes on from its newest checkpoint and repeats the rest, to the same bytes.
+"""
 
 from __future__ import annotations
 
@@ -14,38 +15,40 @@ from curionav_cli.remote.weight_publisher import WeightPublisher
 
 
 class TrainingServer:
-    """learn: from an arrival at a position, checkpoint included. share: the weights as they are then.
+    """Learns from the episodes of an inbox and publishes the weights.
 
-    done: how many episodes were learned from.
+    learn: learns from the arrival at a position and saves a checkpoint. export_weights: the weights after that.
+    done: number of episodes that were learned from. say: prints a line.
     """
 
     def __init__(self, inbox: Inbox, publisher: WeightPublisher, learn: Callable[[int, Arrival], None],
-                 share: Callable[[], bytes], done: int, remote: Remote, time: Time, say: Callable[[str], None]):
-        self.inbox, self.publisher, self.learn, self.share = inbox, publisher, learn, share
+                 export_weights: Callable[[], bytes], done: int, remote: Remote, time: Time,
+                 say: Callable[[str], None]):
+        self.inbox, self.publisher, self.learn, self.export_weights = inbox, publisher, learn, export_weights
         self.done, self.remote, self.time, self.say = done, remote, time, say
-        self.owed = done > 0  # weights that may not be known yet: also those of before a restart
+        self.unpublished = done > 0  # after a restart too: the last weights may not have been published
 
     def turn(self) -> bool:
-        """Publish what is owed, then one episode; False: there is none now. Raises Unreachable."""
+        """Publish, then learn from one episode; False where there is none now. Raises Unreachable."""
         self.publish()
         arrival = self.inbox.next()
         if arrival is None:
             return False
         self.learn(self.inbox.ledger.take(arrival.marker), arrival)
-        self.done, self.owed = self.done + 1, True
+        self.done, self.unpublished = self.done + 1, True
         self.publish()
         return True
 
     def publish(self) -> None:
-        """Weights, then the pointer to them."""
-        if self.owed:
-            self.publisher.publish(self.done, self.share())
-            self.owed = False
+        """Publish the weights, if they are not yet. Raises Unreachable."""
+        if self.unpublished:
+            self.publisher.publish(self.done, self.export_weights())
+            self.unpublished = False
 
     def serve(self) -> None:
-        """All that is there; with remote.follow, all that will come.
+        """Learn from all episodes in the storage; with remote.follow, go on with all that arrive.
 
-        Raises RunFailed where the storage gives no answer and nobody said that it should be waited for.
+        Raises RunFailed where the storage is not reachable, without remote.follow.
         """
         failures, idle = 0, False
         while True:

@@ -1,6 +1,6 @@
-"""How a server makes weights known: the object, read back, then the pointer to it. After a crash in between, once more.
+"""Publishing weights: put the object, read it back, then put the pointer to it.
 
-All of it is a function of what was trained, so that doing it again changes nothing.
+What is published depends on the training alone, so that publishing again after a crash changes nothing.
 """
 
 from __future__ import annotations
@@ -13,24 +13,27 @@ from curionav_cli.remote.ledger import Ledger
 from curionav_cli.remote.object_store import ObjectStore, TooLarge
 from curionav_cli.remote.protocol import LATEST, SMALL, TRAINER, Pointer, parsed, sha256, written
 
-KEPT = 3  # versions in the storage: a robot may be fetching one when the next comes
+KEPT = 3  # versions in the storage: a robot may be reading one while the next is published
 
 
 class WeightPublisher:
-    """settings: the fingerprint that robots compare."""
+    """Publishes weights in a storage. settings: the fingerprint that robots compare. say: prints a line."""
 
     def __init__(self, store: ObjectStore, ledger: Ledger, settings: str, say: Callable[[str], None]):
         self.store, self.ledger, self.settings, self.say = store, ledger, settings, say
         self.warned = False
 
     def publish(self, version: int, raw: bytes) -> None:
-        """Weights after `version` episodes. Raises Unreachable, and RunFailed where another server is at work."""
+        """Publish weights trained on `version` episodes.
+
+        Raises Unreachable, and RunFailed where another server published to this storage.
+        """
         pointer = Pointer(version, sha256(raw), len(raw), self.settings, self.ledger.newest())
-        there = self.refuse_others(pointer)
+        latest = self.refuse_others(pointer)
         self.ledger.publish(version, pointer.sha256)
-        if there and there.version > version:  # it went on from an older checkpoint; robots have newer ones of it
+        if latest and latest.version > version:  # resumed from an older checkpoint, after publishing newer weights
             return
-        if there == pointer and self.store.size(pointer.key) == pointer.size:
+        if latest == pointer and self.store.size(pointer.key) == pointer.size:
             return
         self.write(pointer.key, raw)
         self.write(LATEST, written(pointer))
@@ -39,7 +42,7 @@ class WeightPublisher:
             self.store.delete(f"weights/{version - KEPT:06d}-{former[:16]}.safetensors")
 
     def write(self, key: str, raw: bytes) -> None:
-        """Put it there and read it back. Raises Unreachable where it comes back as something else."""
+        """Put an object and read it back. Raises Unreachable where it comes back changed."""
         self.store.put(key, raw)
         try:
             back = self.store.get(key, len(raw))
@@ -49,18 +52,18 @@ class WeightPublisher:
             raise Unreachable(f"{key} comes back as something else than was put there")
 
     def refuse_others(self, ours: Pointer) -> Pointer | None:
-        """What LATEST says now, if it can be read. Raises RunFailed where it is neither `ours` nor an earlier one."""
+        """The pointer LATEST, if it can be read. Raises RunFailed where this server published no such weights."""
         try:
-            there = parsed(Pointer, self.store.get(LATEST, SMALL) or b"")
+            latest = parsed(Pointer, self.store.get(LATEST, SMALL) or b"")
         except ValueError:
             return None
-        if there != ours and self.ledger.version(there.version) != there.sha256:
-            raise RunFailed(f"The storage has weights of version {there.version} that are not of this training. Go "
+        if latest != ours and self.ledger.version(latest.version) != latest.sha256:
+            raise RunFailed(f"The storage has weights of version {latest.version} that are not of this training. Go "
                             "on in the folder of the training that made them, or use an empty place for storage=...")
-        return there
+        return latest
 
     def announce(self) -> None:
-        """Say that this server is at work, and whether another says so too: a warning, no lock."""
+        """Note in the storage that this server is at work, and warn where another is; this locks nothing."""
         try:
             other = json.loads(self.store.get(TRAINER, SMALL) or b"{}").get("trainer")
         except (ValueError, AttributeError, RecursionError):

@@ -99,7 +99,7 @@ class Run:
     @property
     def predictions(self) -> dict[int, Path]:
         """Files of the agent's predictions of these episodes, by episode; none where it predicts nothing."""
-        return {index: path for index, path in self.folder.foresight_paths().items() if index < len(self.episodes)}
+        return {index: path for index, path in self.folder.prediction_paths().items() if index < len(self.episodes)}
 
     def poses(self) -> list[np.ndarray]:
         """Read the poses (T+1, 3) of each of these episodes, metres and radians."""

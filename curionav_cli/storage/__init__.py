@@ -1,1 +1,1 @@
-"""What outlives a process: the run folder, its episodes and its checkpoints."""
+"""Storage: the run folder, its episodes, replay, checkpoints, metrics."""

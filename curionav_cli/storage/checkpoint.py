@@ -1,8 +1,8 @@
-"""A checkpoint is a folder, finished or absent. What is in it is the agent's business.
+"""A checkpoint is a folder, whole or absent. Its content is the agent's business.
 
     checkpoint/
         000003/            after three finished episodes (of curionav train: iterations)
-            settings.json  the settings that the run may not change when it goes on
+            settings.json  the settings that may not change when the run goes on
             ...            what agent.save wrote
             checksums.json of all these files (SHA-256), and of itself
             done           empty, written last
@@ -21,20 +21,20 @@ from pathlib import Path
 from typing import Any
 
 from curionav_cli.errors import RunFolderError, SoundnessWarning
-from curionav_cli.files import read_json, sealed
+from curionav_cli.files import CRC32, read_json
 
 KEPT = 2
 CHECKSUMS = "checksums.json"
 
 
 def save(root: Path, done: int, settings: dict[str, Any], write: Callable[[Path], None]) -> None:
-    """Save the state after `done` episodes or iterations; write(folder) fills it."""
+    """Save the state after `done` episodes or iterations; write(folder) fills it. Raises OSError."""
     beside = root / f"{done:06d}.part"
     shutil.rmtree(beside, ignore_errors=True)
     beside.mkdir(parents=True)
     (beside / "settings.json").write_text(json.dumps(settings, sort_keys=True))
     write(beside)
-    (beside / CHECKSUMS).write_text(sealed(checksums(beside)))
+    (beside / CHECKSUMS).write_text(CRC32.sealed(checksums(beside)))
     for file in beside.rglob("*"):
         flush(file)
     (beside / "done").touch()
@@ -53,7 +53,7 @@ def at(root: Path, done: int) -> Path:
 
 
 def flush(path: Path) -> None:
-    """Have the operating system put a file or a folder's listing on the disk."""
+    """Have the operating system write a file, or the listing of a folder, to the disk."""
     handle = os.open(path, os.O_RDONLY)
     try:
         os.fsync(handle)
@@ -68,16 +68,17 @@ def finished(root: Path) -> list[Path]:
 
 
 def checksums(folder: Path) -> dict[str, str]:
-    """Of every file in it, by name."""
+    """SHA-256 of every file in the folder, by path relative to it."""
     return {path.relative_to(folder).as_posix(): hashlib.sha256(path.read_bytes()).hexdigest()
             for path in sorted(folder.rglob("*")) if path.is_file() and path.name not in (CHECKSUMS, "done")}
 
 
 def newest(root: Path, settings: dict[str, Any], built_on: Callable[[int], object] = int) -> tuple[int, Path] | None:
-    """(finished episodes or iterations, folder) to go on from: the newest that is whole, with a warning for others.
+    """(finished episodes or iterations, folder) of the newest whole checkpoint; None where there is none.
 
-    built_on(done) raises RunFolderError where what the checkpoint builds on is broken, as its episodes may be.
-    Raises RunFolderError where none is whole, or where the settings differ.
+    built_on(done) raises RunFolderError where what the checkpoint builds on, such as its episodes, is broken.
+    A broken checkpoint that is passed over gives a SoundnessWarning. Raises RunFolderError where all are broken, or
+    where the settings differ.
     """
     faults: list[RunFolderError] = []
     for folder in reversed(finished(root)):
@@ -98,7 +99,7 @@ def newest(root: Path, settings: dict[str, Any], built_on: Callable[[int], objec
 
 
 def refuse_broken(folder: Path) -> None:
-    """Raises RunFolderError that names the file which is not as it was saved; early checkpoints noted nothing."""
+    """Raises RunFolderError that names the first file whose checksum differs; the oldest checkpoints hold none."""
     if not (folder / CHECKSUMS).exists():
         return
     noted, now = read_json(folder / CHECKSUMS), checksums(folder)
@@ -107,12 +108,12 @@ def refuse_broken(folder: Path) -> None:
             raise RunFolderError(f"{folder / name} is not whole (its checksum is another one). Restore it from a copy.")
 
 
-NEVER_SAID = {"agent.action_repeat was null, now 1"}  # by runs that are older than the setting
+SAME = {"agent.action_repeat was null, now 1"}  # runs that are older than the setting
 
 
 def refuse_changes(run: Path, was: dict[str, Any], now: dict[str, Any]) -> None:
-    """Raises RunFolderError that names the first setting that differs: the agent itself before what it is set to."""
-    found = (line for line in differences(was, json.loads(json.dumps(now))) if line not in NEVER_SAID)
+    """Raises RunFolderError that names the first setting that differs, names of groups before their settings."""
+    found = (line for line in differences(was, json.loads(json.dumps(now))) if line not in SAME)
     changed = sorted(found, key=lambda line: ".name was " not in line)
     if changed:
         raise RunFolderError(f"{run} cannot go on with other settings: {changed[0]}. "
@@ -120,7 +121,7 @@ def refuse_changes(run: Path, was: dict[str, Any], now: dict[str, Any]) -> None:
 
 
 def differences(was: Any, now: Any, key: str = "") -> list[str]:
-    """'key was A, now B' for every leaf that differs."""
+    """One line 'key was A, now B' for every leaf in which two trees of settings differ."""
     if isinstance(was, dict) and isinstance(now, dict):
         keys = sorted(was.keys() | now.keys())
         return [line for k in keys for line in differences(was.get(k), now.get(k), f"{key}.{k}" if key else k)]

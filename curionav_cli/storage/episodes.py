@@ -1,4 +1,4 @@
-"""Stored episodes that a learner is given: where they are, and whether they are still what they were."""
+"""Stored episodes for offline training: where they are, and whether they have changed."""
 
 from __future__ import annotations
 
@@ -11,16 +11,16 @@ from curionav_cli.storage.run_folder import RunFolder
 
 
 def names(data: Path) -> list[str]:
-    """Paths below `data`, in order: of a run's episodes, of those of all runs of a sweep, or of its npz files.
+    """Paths of episodes relative to `data`, in order: of a run, of all runs of a sweep, or of a folder of npz files.
 
     Raises RunFolderError where there are none, or where one is missing between others of its run.
     """
     if not data.is_dir():
         raise RunFolderError(f"data: there is no folder {data}.")
-    lived = runs(data)
-    for run in lived:
+    folders = runs(data)
+    for run in folders:
         run.refuse_holes()
-    paths = [path for run in lived for path in run.episode_paths()] if lived else sorted(data.glob("*.npz"))
+    paths = [path for run in folders for path in run.episode_paths()] if folders else sorted(data.glob("*.npz"))
     if not paths:
         raise RunFolderError(f"data: {data} holds no episodes. Give the folder of a run, of a sweep, "
                              "or one with npz files of episodes in it.")
@@ -28,25 +28,25 @@ def names(data: Path) -> list[str]:
 
 
 def runs(data: Path) -> list[RunFolder]:
-    """The run, or those of the sweep, at `data`; none where it just holds episodes."""
+    """The run, or the runs of the sweep, at `data`; none where it is a plain folder of episodes."""
     return RunFolder.inside(data) or ([RunFolder(data)] if (data / "config.yaml").is_file() else [])
 
 
 def environments(data: Path) -> list[str]:
-    """Where the runs at `data` were lived; nothing is known of a folder that just holds episodes."""
+    """Names of the environments of the runs at `data`; none of a plain folder of episodes."""
     return sorted({str(run.settings["env"]["name"]) for run in runs(data)})
 
 
 def checksums(data: Path, episodes: list[str]) -> dict[str, str]:
-    """What each episode holds, in short. Raises RunFolderError where one is broken or missing."""
+    """A checksum of each episode, by name. Raises RunFolderError where one is broken or missing."""
     if not data.is_dir():
         raise RunFolderError(f"data: there is no folder {data}. If it moved, name it: data=...")
     return {name: checksum(data / name) for name in episodes}
 
 
 def longest(data: Path, episodes: list[str], repeat: int = 1) -> int:
-    """Actions of the longest episode, each held for `repeat` steps.
+    """Number of actions of the longest episode, each held for `repeat` steps.
 
-    Raises RunFolderError where one is broken, or holds its actions for another time.
+    Raises RunFolderError where one is broken, or was recorded with another action_repeat.
     """
     return max(len(held(read_arrays(data / name, ("action",))["action"], repeat, data / name)) for name in episodes)

@@ -1,6 +1,7 @@
-"""Metrics for those who watch them in a program; metrics.jsonl is always written, and nothing leaves the machine.
+"""Loggers: metrics in the form that another program shows, beside metrics.jsonl, which is always written.
 
-What a logger holds is derived from metrics.jsonl: it is written anew from there whenever a run begins or goes on.
+What a logger holds is derived from metrics.jsonl and written anew from there whenever a run begins or is resumed.
+Nothing leaves the machine.
 """
 
 from __future__ import annotations
@@ -13,20 +14,23 @@ from curionav_cli.storage.run_folder import RunFolder
 
 
 class Local:
-    """metrics.jsonl is all there is."""
+    """The logger that adds nothing to metrics.jsonl; the base class of others."""
 
     def __init__(self, run: RunFolder):
-        """Knows what `run` has lived through."""
+        """Begin with the rows that metrics.jsonl of `run` holds already."""
 
     def add(self, row: dict[str, Any]) -> None:
-        """One more row of metrics.jsonl."""
+        """Log one more row of metrics.jsonl: the finite numbers in it, at its step or iteration."""
 
     def close(self) -> None:
-        """The run is over."""
+        """End the log, when the run ends."""
 
 
 class TensorBoard(Local):
-    """A folder `tensorboard` in the run's: tensorboard --logdir outputs shows all runs. Needs the extra tensorboard."""
+    """TensorBoard events in the run's folder `tensorboard`; tensorboard --logdir outputs shows all runs.
+
+    Needs the extra tensorboard.
+    """
 
     def __init__(self, run: RunFolder):
         from tensorboard.summary import Writer

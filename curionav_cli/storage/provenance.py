@@ -1,4 +1,4 @@
-"""run.json: how to make a run again, and with what it was made."""
+"""run.json: the command that repeats a run, and the versions and machine that it ran with."""
 
 from __future__ import annotations
 
@@ -19,9 +19,9 @@ PACKAGES = ("curionav", "numpy", "torch", "gymnasium", "hydra-core", "opencv-pyt
 
 
 def about(folder: Path, command: str, device: str, seed: int) -> dict[str, Any]:
-    """Command, versions, machine, commit.
+    """The content of run.json: command, versions, machine, commit.
 
-    command: explore or train. folder: where Hydra noted the overrides of this job.
+    folder: where Hydra noted the overrides of this job. command: explore or train.
     """
     hydra = folder / ".hydra" / "hydra.yaml"
     noted = yaml.safe_load(hydra.read_text())["hydra"] if hydra.is_file() else {}
@@ -38,7 +38,7 @@ def about(folder: Path, command: str, device: str, seed: int) -> dict[str, Any]:
 
 
 def sweep_command(folder: Path) -> str:
-    """What was typed for the sweep in `folder`; empty where there is none that can be read."""
+    """The command line of the sweep in `folder`; empty where none can be read."""
     try:
         noted = yaml.load((folder / "multirun.yaml").read_text(), LOADER)["hydra"]
         words = [*noted["overrides"]["task"], *(word for word in noted["overrides"]["hydra"]
@@ -49,7 +49,7 @@ def sweep_command(folder: Path) -> str:
 
 
 def commit() -> dict[str, Any]:
-    """The checkout that this code runs from, if it is one."""
+    """git_commit and git_changed of the checkout that this code runs from; None where it is no checkout."""
     def git(*words: str) -> str:
         answer = subprocess.run(["git", "-C", str(Path(__file__).parent), *words], capture_output=True, check=True)
         return answer.stdout.decode().strip()

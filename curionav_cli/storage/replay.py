@@ -1,6 +1,6 @@
-"""Replay is a folder of episodes. Reopening the folder restores it; sending one is copying a file.
+"""Replay: uniform windows over stored episodes. It is restored from the folder of episodes alone.
 
-Frames beyond a bound of memory stand raw in a scratch file. A batch of 50 x 50 frames took 2.7 CPU-ms from memory,
+Frames beyond a bound of memory are kept raw in a scratch file. A batch of 50 x 50 frames took 2.7 CPU-ms from memory,
 5.4 by pread from a cached file, and 52 ms of waiting from a cold disk (mapped: 5.2, 297; inflating 50 npz: 1500).
 """
 
@@ -21,9 +21,10 @@ NO_ACTION = -1
 
 @dataclass(frozen=True)
 class Stored:
-    """An episode whose frames are in memory, or (place: bytes from the beginning) in the scratch file.
+    """An episode whose frames are in memory, or in the scratch file.
 
-    frames: their shape, (T+1, 64, 64, 3); episode.image is empty where they are in the file.
+    frames: their shape, (T+1, 64, 64, 3). place: their offset in the scratch file in bytes, where episode.image is
+    empty; None where they are in memory.
     """
 
     episode: Episode
@@ -34,10 +35,10 @@ class Stored:
 class Replay:
     """Uniform windows over all stored steps; a window never leaves its episode.
 
-    every: steps for which the agent holds an action; kept are the frames that it acts on, the observations below.
-    memory: bytes of frames that stay in memory, the first episodes that fit; what it is changes no window.
-    The other frames are in a file without a name in `folder` until `close`. Actions, poses and
-    collisions of all episodes are in memory, 33 bytes an observation.
+    every: steps for which the agent holds an action; only the frames that it acts on are kept, as observations.
+    memory: bytes of frames kept in memory, of the first episodes that fit; it changes no window. The other frames are
+    in an unnamed file in `folder` until `close`. Actions, poses and collisions of all episodes are in memory, 33 bytes
+    an observation.
 
     B windows of L consecutive observations, as `sample` returns them:
         image     (B, L, 64, 64, 3) uint8
@@ -59,8 +60,10 @@ class Replay:
     @classmethod
     def open(cls, paths: Iterable[Path], *, memory: float = math.inf, folder: Path | None = None, every: int = 1
              ) -> Replay:
-        """The episodes in these files, in this order. Raises RunFolderError where one is broken, or has actions that
-        were not held."""
+        """A replay of the episodes in these files, in this order.
+
+        Raises RunFolderError where one is broken, or was recorded with another action_repeat.
+        """
         replay = cls(memory=memory, folder=folder, every=every)
         try:
             for path in paths:
@@ -71,7 +74,7 @@ class Replay:
         return replay
 
     def add(self, episode: Episode) -> None:
-        """One more episode to draw from. Raises OSError where the disk is full."""
+        """Add an episode. Raises OSError where the disk is full, RunFolderError where its actions were not held."""
         episode = episode.every(self.every)
         frames = episode.image.shape
         if self.in_memory + episode.image.nbytes <= self.memory:
@@ -83,21 +86,21 @@ class Replay:
         self._lengths = np.append(self._lengths, len(episode))
 
     def __len__(self) -> int:
-        """How many episodes."""
+        """Number of episodes."""
         return len(self._stored)
 
     @property
     def steps(self) -> int:
-        """That its frames span; less than `every` of each episode are left out."""
+        """Environment steps covered by the stored frames; fewer than `every` of each episode are left out."""
         return int(self._lengths.sum()) * self.every
 
     @property
     def on_disk(self) -> int:
-        """Bytes of frames in the scratch file; `in_memory` are those in memory."""
+        """Bytes of frames in the scratch file; `in_memory` has those in memory."""
         return self._scratch.size
 
     def episode(self, index: int) -> Episode:
-        """A whole episode, to read and not to write; -1 is the newest."""
+        """Episode `index`, read-only; -1 is the newest. Raises OSError where the scratch file cannot be read."""
         stored = self._stored[index]
         if stored.place is None:
             return stored.episode
@@ -106,7 +109,7 @@ class Replay:
         return replace(stored.episode, image=image)
 
     def draw(self, batch: int, length: int, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
-        """Which episode (B,) and its first observation (B,), every window of `length` equally likely.
+        """Draw windows: indices of episodes (B,) and of first observations (B,), each window equally likely.
 
         Raises ValueError where no episode holds `length` observations.
         """
@@ -119,19 +122,19 @@ class Replay:
         return which, drawn - (last - windows)[which]
 
     def sample(self, batch: int, length: int, rng: np.random.Generator) -> dict[str, np.ndarray]:
-        """Draw B windows. Raises ValueError as `draw` does."""
+        """Draw B windows of L observations, see the class for the arrays. Raises ValueError as `draw` does."""
         which, start = self.draw(batch, length, rng)
         image = np.empty((batch, length, *self._stored[0].frames[1:]), np.uint8)
         self.frames(which, start, image)
         return {"image": image, **self.moves(which, start, length)}
 
     def frames(self, which: np.ndarray, start: np.ndarray, out: np.ndarray) -> None:
-        """Read the images of windows that were drawn into `out` (B, L, 64, 64, 3)."""
+        """Read the images of windows that `draw` gave into `out` (B, L, 64, 64, 3) uint8."""
         for row, (e, s) in enumerate(zip(which.tolist(), start.tolist(), strict=True)):
             self._read(self._stored[e], s, out[row])
 
     def moves(self, which: np.ndarray, start: np.ndarray, length: int) -> dict[str, np.ndarray]:
-        """Of windows that were drawn all but the images, which is in memory."""
+        """Everything but the images of windows that `draw` gave: action, pose, is_start."""
         action, pose = np.full((len(which), length), NO_ACTION, np.int64), np.empty((len(which), length, 3))
         for row, (e, s) in enumerate(zip(which.tolist(), start.tolist(), strict=True)):
             action[row, 1:] = self._stored[e].episode.action[s:s + length - 1]
@@ -139,7 +142,7 @@ class Replay:
         return {"action": action, "is_start": start == 0, "pose": pose}
 
     def close(self) -> None:
-        """Give the scratch file back; what was in it is gone."""
+        """Remove the scratch file."""
         self._scratch.close()
 
     def _read(self, stored: Stored, first: int, out: np.ndarray) -> None:

@@ -5,9 +5,9 @@
     run.json         command, versions, device, engine, git commit
     status.json      state (running, done, failed, interrupted), episode, steps, coverage, error
     plan.npz         the floor plan: cells, start, obstacles
-    metrics.jsonl    one object an episode; where nobody lived, one a save
+    metrics.jsonl    one object an episode; of offline training, one a save
     episodes/        000000.npz ...
-    predictions/     000000.npz ... what the agent expected of an episode before it learned from it
+    predictions/     000000.npz ... what the agent predicted of an episode before it learned from it
     checkpoint/      the state of the agent after the last two episodes
     figures/         heatmap.png, coverage.png, predictions.png, prediction_error.png
     table.md  results.csv
@@ -15,28 +15,26 @@
 
 from __future__ import annotations
 
-import fcntl
 import json
 import os
-import platform
-import time
 import warnings
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import AbstractContextManager
 from pathlib import Path
-from typing import IO, Any
+from typing import Any
 
 import numpy as np
 import yaml
 
 from curionav_cli.errors import RunFolderError, SoundnessWarning
-from curionav_cli.files import read_arrays, read_json, sealed, write_whole
-from curionav_cli.records import Episode, FloorPlan, Foresight
+from curionav_cli.files import CRC32, read_arrays, read_json, write_bytes
+from curionav_cli.records import Episode, FloorPlan, Prediction
 from curionav_cli.safe_yaml import LOADER
+from curionav_cli.storage.run_lock import already_in_use, is_locked, locked
 
 
 class RunFolder:
-    """Paths, and reading and writing what is at them."""
+    """The paths of a run, and reading and writing what is at them."""
 
     def __init__(self, path: Path):
         self.path = Path(path)
@@ -50,41 +48,25 @@ class RunFolder:
         """The run at `path`. Raises RunFolderError where there is none."""
         run = cls(path)
         if not run.path.is_dir():
-            raise RunFolderError(nowhere(path))
+            raise RunFolderError(no_folder(path))
         if not run.config.is_file():
             raise RunFolderError(f"{path} holds no run: it has no config.yaml. Give the folder of one run, "
                                  "such as outputs/DATE/TIME_small_room_random_0.")
         return run
 
-    @contextmanager
-    def alone(self) -> Iterator[None]:
+    def locked(self) -> AbstractContextManager[None]:
         """Keep every other process out. Raises RunFolderError where one is in already."""
-        self.path.mkdir(parents=True, exist_ok=True)
-        with open(self.path / ".lock", "a+") as lock:
-            if not locked(lock, patience=0.5):
-                raise self.taken()
-            lock.truncate(0)
-            lock.write(f"process {os.getpid()} on {platform.node()}")
-            lock.flush()
-            yield
+        return locked(self.path)
 
-    def refuse_company(self) -> None:
+    def refuse_if_in_use(self) -> None:
         """Raises RunFolderError where a process is in it now."""
-        if self.alive:
-            raise self.taken()
-
-    def taken(self) -> RunFolderError:
-        who = (self.path / ".lock").read_text().strip() or "another process"
-        return RunFolderError(f"{self.path} is lived by {who}. Wait for it, or stop it.")
+        if self.in_use:
+            raise already_in_use(self.path)
 
     @property
-    def alive(self) -> bool:
+    def in_use(self) -> bool:
         """Whether a process is in it now."""
-        try:
-            with open(self.path / ".lock") as lock:
-                return not locked(lock)
-        except FileNotFoundError:
-            return False
+        return is_locked(self.path)
 
     @classmethod
     def found(cls, path: Path) -> list[RunFolder]:
@@ -97,16 +79,16 @@ class RunFolder:
         return [cls(file.parent) for file in sorted(path.glob("*/run.json"))
                 if (file.parent / "config.yaml").is_file()]
 
-    def refuse_rest(self) -> None:
-        """Raises RunFolderError where a run was lived here, but for its config.yaml: nothing is written over it."""
-        rest = sorted(path for name in ("episodes/*.npz", "checkpoint/*/done", "metrics.jsonl")
+    def refuse_without_config(self) -> None:
+        """Raises RunFolderError where a run lacks its config.yaml: a new one is not written over it."""
+        left = sorted(path for name in ("episodes/*.npz", "checkpoint/*/done", "metrics.jsonl")
                       for path in self.path.glob(name))
-        if rest and not self.config.is_file():
-            raise RunFolderError(f"{self.path} holds {rest[0].relative_to(self.path)} of a run, but no config.yaml. "
+        if left and not self.config.is_file():
+            raise RunFolderError(f"{self.path} holds {left[0].relative_to(self.path)} of a run, but no config.yaml. "
                                  "Restore that from a copy, or name another folder.")
 
     def create(self, config: str, fixed: dict[str, Any], about: dict[str, Any], plan: FloorPlan | None) -> None:
-        """Begin the run; no plan: nobody lives in it. config.yaml comes last: a folder that has it has the rest."""
+        """Begin the run. plan: None of offline training. config.yaml comes last: a folder that has it has the rest."""
         self.checkpoints.mkdir(parents=True, exist_ok=True)
         if plan:
             (self.path / "episodes").mkdir(exist_ok=True)
@@ -117,8 +99,8 @@ class RunFolder:
         self.write("config.yaml", config)
 
     def write(self, name: str, text: str) -> None:
-        """A whole text file in the run's folder."""
-        write_whole(self.path / name, lambda file: file.write(text.encode()))
+        """Write a text file of the run, whole or not at all."""
+        write_bytes(self.path / name, text.encode())
 
     @property
     def settings(self) -> dict[str, Any]:
@@ -138,33 +120,34 @@ class RunFolder:
         return read_json(path) if path.exists() else {}
 
     def set_status(self, **changes: Any) -> None:
-        """A broken one is begun anew: all that stands in it is counted again by who goes on with the run."""
+        """Change values of status.json. A broken file is written anew: a resumed run counts again what stands in it."""
         try:
             before = self.status
         except RunFolderError as error:
             warnings.warn(f"{error} It is written anew.", SoundnessWarning, stacklevel=2)
             before = {}
-        self.write("status.json", sealed({**before, **changes}))
+        self.write("status.json", CRC32.sealed({**before, **changes}))
 
     @property
     def state(self) -> str:
-        """running, done, failed or interrupted; what was killed could not say so, and is interrupted too."""
+        """running, done, failed or interrupted; a killed run left `running` behind and counts as interrupted."""
         state = str(self.status.get("state", "interrupted"))
-        return "interrupted" if state == "running" and not self.alive else state
+        return "interrupted" if state == "running" and not self.in_use else state
 
     @property
     def plan(self) -> FloorPlan:
-        """Raises RunFolderError where it is missing or broken."""
-        there = (self.path / "plan.npz").exists()
-        if not there and self.episode_names():
-            raise RunFolderError(f"{self.path / 'plan.npz'} is missing. Restore it from a copy.")
-        if self.config.is_file() and not there:
-            raise RunFolderError(f"{self.path} has no plan.npz: nobody lived in it. A trained run has no coverage.")
-        return FloorPlan.load(self.path / "plan.npz")
+        """The floor plan. Raises RunFolderError where it is missing or broken."""
+        path = self.path / "plan.npz"
+        if not path.exists() and self.episode_names():
+            raise RunFolderError(f"{path} is missing. Restore it from a copy.")
+        if self.config.is_file() and not path.exists():
+            raise RunFolderError(f"{self.path} has no plan.npz: offline training runs no episodes and has no coverage.")
+        return FloorPlan.load(path)
 
     # -- episodes and metrics ---------------------------------------------------------------------
 
     def episode_path(self, index: int) -> Path:
+        """Where episode `index` is, or would be."""
         return self.path / "episodes" / f"{index:06d}.npz"
 
     def episode_paths(self) -> list[Path]:
@@ -175,28 +158,30 @@ class RunFolder:
         return paths
 
     def episode_names(self) -> list[str]:
-        """The names of all episodes that are there, sorted; whether one is missing among them is not asked."""
+        """The file names of all episodes that are there, sorted, also where one between them is missing."""
         return sorted(path.name for path in self.path.glob(f"episodes/{'[0-9]' * 6}.npz"))
 
     def save_episode(self, index: int, episode: Episode) -> None:
+        """Write episode `index`."""
         episode.save(self.episode_path(index))
 
-    def foresight_paths(self) -> dict[int, Path]:
-        """Predictions by episode, in order; none where the agent predicts nothing."""
+    def prediction_paths(self) -> dict[int, Path]:
+        """Files of predictions by index of their episode, in order; none where the agent predicts nothing."""
         return {int(path.stem): path for path in sorted((self.path / "predictions").glob(f"{'[0-9]' * 6}.npz"))}
 
-    def save_foresight(self, index: int, foresight: Foresight) -> None:
+    def save_prediction(self, index: int, prediction: Prediction) -> None:
+        """Write the prediction of episode `index`."""
         folder = self.path / "predictions"
         folder.mkdir(exist_ok=True)
-        foresight.save(folder / f"{index:06d}.npz")
+        prediction.save(folder / f"{index:06d}.npz")
 
     def poses(self) -> Iterator[np.ndarray]:
-        """(T+1, 3) of every episode, without reading its images."""
+        """Poses (T+1, 3) of every episode: x y in metres, yaw in radians. Reads no images."""
         for path in self.episode_paths():
             yield read_arrays(path, ("pose",))["pose"]
 
     def metrics(self) -> list[dict[str, Any]]:
-        """One dictionary an episode; a torn last line is left out."""
+        """The rows of metrics.jsonl, one an episode or save; a torn last line is left out."""
         rows = []
         for line in self.metrics_file.read_bytes().splitlines() if self.metrics_file.exists() else []:
             try:
@@ -206,13 +191,14 @@ class RunFolder:
         return rows
 
     def append_metrics(self, row: dict[str, Any]) -> None:
-        """One more row, on the disk before the checkpoint that counts on it."""
+        """Append a row to metrics.jsonl; it is on the disk before the checkpoint that relies on it."""
         with open(self.metrics_file, "a") as file:
             file.write(json.dumps(row) + "\n")
             file.flush()
             os.fsync(file.fileno())
 
     def write_metrics(self, rows: list[dict[str, Any]]) -> None:
+        """Replace metrics.jsonl."""
         self.write("metrics.jsonl", "".join(json.dumps(row) + "\n" for row in rows))
 
     def refuse_gaps(self, episodes: int) -> None:
@@ -233,28 +219,15 @@ class RunFolder:
                                      f"Restore it from a copy, or name what is left: data={self.path / 'episodes'}")
 
     def rewind(self, episodes: int) -> None:
-        """Forget what came after the first `episodes` episodes. Raises RunFolderError if one is missing."""
+        """Remove what came after the first `episodes` episodes. Raises RunFolderError if one of these is missing."""
         self.refuse_gaps(episodes)
         paths, rows = self.episode_paths(), self.metrics()
-        later = [path for index, path in self.foresight_paths().items() if index >= episodes]
+        later = [path for index, path in self.prediction_paths().items() if index >= episodes]
         for path in paths[episodes:] + later:
             path.unlink()
         self.write_metrics(rows[:episodes])
 
 
-def nowhere(path: Path) -> str:
+def no_folder(path: Path) -> str:
     """What is wrong with a path that is no folder."""
     return f"{path} is a file, and not the folder of a run." if path.exists() else f"There is no folder {path}."
-
-
-def locked(file: IO[str], patience: float = 0.0) -> bool:
-    """Whether the lock on this open file is ours now; who only asks whether it is free holds it for a moment."""
-    until = time.monotonic() + patience
-    while True:
-        try:
-            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-            return True
-        except BlockingIOError:
-            if time.monotonic() >= until:
-                return False
-            time.sleep(0.05)

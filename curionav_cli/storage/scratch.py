@@ -1,4 +1,4 @@
-"""Arrays that do not fit into memory, raw, in a file without a name: gone with its process, however that ends."""
+"""Raw arrays in an unnamed file, for what does not fit into memory: gone with its process, however that ends."""
 
 from __future__ import annotations
 
@@ -11,9 +11,9 @@ import numpy as np
 
 
 class Scratch:
-    """Append and read back. The file is made in `folder` (none: the system's) when something comes.
+    """A file to append to and read back from. folder: None is the system's.
 
-    A full disk raises OSError (ENOSPC), as for any other file of a run.
+    The file is made with the first array. Raises OSError (ENOSPC) where the disk is full.
     """
 
     def __init__(self, folder: Path | None = None):
@@ -21,7 +21,7 @@ class Scratch:
         self._file: IO[bytes] | None = None
 
     def append(self, array: np.ndarray) -> int:
-        """Where it begins, in bytes."""
+        """Write an array; its offset in the file in bytes."""
         if self._file is None:
             self._file = tempfile.TemporaryFile(dir=self.folder, buffering=0)  # noqa: SIM115  (close() closes it)
         begin = place = self.size
@@ -33,7 +33,7 @@ class Scratch:
         return begin
 
     def read(self, place: int, out: np.ndarray) -> None:
-        """Fill `out`, which is contiguous, with the bytes at `place`."""
+        """Fill `out`, which is contiguous, with the bytes at offset `place`. Raises OSError where they end early."""
         if self._file is None:
             raise ValueError("nothing was ever written to this file")
         left = bytes_of(out)
@@ -44,11 +44,12 @@ class Scratch:
             left, place = left[got:], place + got
 
     def close(self) -> None:
+        """Remove the file."""
         if self._file is not None:
             self._file.close()
             self._file = None
 
 
 def bytes_of(array: np.ndarray) -> memoryview:
-    """The memory of a contiguous array itself, no copy of it."""
+    """The memory of a contiguous array, not a copy."""
     return array.reshape(-1).data.cast("B")

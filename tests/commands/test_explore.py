@@ -191,9 +191,9 @@ def test_the_tables_of_a_finished_run_say_so(cli: Cli, tmp_path: Path) -> None:
 
 def test_a_second_process_is_kept_out(cli: Cli, tmp_path: Path) -> None:
     assert cli("explore", *SHORT, "agent=random", "hydra.run.dir=run").code == 0
-    with RunFolder(tmp_path / "run").alone():
+    with RunFolder(tmp_path / "run").locked():
         refused = cli("resume", "run", "loop.episodes=4")
-    assert refused.code == 2 and "is lived by process " in refused.error
+    assert refused.code == 2 and "is in use by process " in refused.error
 
 
 def test_a_changed_overlay_is_refused(cli: Cli, tmp_path: Path) -> None:

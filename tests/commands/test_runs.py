@@ -80,7 +80,7 @@ def test_chosen_and_sorted(cli: Cli, outputs: Path, words: list[str], expected: 
 
 
 def test_a_run_in_use_is_running(cli: Cli, outputs: Path) -> None:
-    with RunFolder(outputs / "day" / "sweep" / "1").alone():
+    with RunFolder(outputs / "day" / "sweep" / "1").locked():
         assert names(cli("runs", "state=running").out) == ["sweep/1"]
 
 

@@ -140,7 +140,7 @@ REFUSED = {
     "seed=interval(0,3)": "draws fractions, and seed is a whole number. Draw whole ones: 'seed=int(interval(0,3))'",
     "agent=sticky agent.repeat=interval(0,2)": "agent.repeat: 2.0 is not between 0 and 1",
     "agent=sticky agent.repeat=interval(-1,1)": "agent.repeat: -1.0 is not between 0 and 1",
-    "loop.steps=range(0,9)": "loop.steps: 0 is less than 1",
+    "loop.steps=range(0,9)": "loop.steps: 0 is not between 1 and",
     "agent=bounce agent.min_turn=interval(1,12)": "agent.min_turn: 1.0 is not between 10 and 180",
     "agent=bounce agent.min_turn=interval(10,170) agent.max_turn=120,160": "max_turn: 120.0 is not between 170.0",
     "seed=0,1 hydra/sweeper/sampler=grid": "a grid is what a plain sweep runs, and that can be resumed.",

@@ -23,6 +23,6 @@ class Forks:
         assert self.server.stdin is not None and self.server.stdout is not None
         order = {"words": words, "phase": phase, "at": at, "files": [str(path) for path in files]}
         print(json.dumps(order), file=self.server.stdin, flush=True)
-        told = json.loads(self.server.stdout.readline())
-        self.events = told["events"]
-        return Answer(told["code"], *(path.read_text() for path in files))
+        reply = json.loads(self.server.stdout.readline())
+        self.events = reply["events"]
+        return Answer(reply["code"], *(path.read_text() for path in files))

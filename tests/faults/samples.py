@@ -13,7 +13,7 @@ from safetensors.numpy import save
 
 from curionav_cli.agents.weights import read_tensors
 from curionav_cli.config.settings import read_settings
-from curionav_cli.files import read_json, sealed
+from curionav_cli.files import CRC32, read_json
 from curionav_cli.records import Episode, FloorPlan, Pose
 from curionav_cli.storage import checkpoint
 from curionav_cli.world.scene.ros_map import read_map
@@ -43,7 +43,7 @@ def weights(folder: Path) -> Sample:
 
 
 def a_status(folder: Path) -> Sample:
-    (folder / "status.json").write_text(sealed({"state": "done", "episode": 3, "coverage": 0.25}))
+    (folder / "status.json").write_text(CRC32.sealed({"state": "done", "episode": 3, "coverage": 0.25}))
     return folder / "status.json", read_json
 
 

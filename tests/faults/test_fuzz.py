@@ -1,4 +1,4 @@
-"""Readers under fuzz: whatever a file holds, our own error or a value comes of it, and no more memory than it tells.
+"""Readers under fuzz: whatever a file holds, our own error or a value comes of it, and no more memory than it declares.
 
 Quick: a few hundred examples, always the same. Slow: as long as CURIONAV_FUZZ_SECONDS says, an hour without it:
     CURIONAV_FUZZ_SECONDS=3600 pytest -s -m slow tests/faults/test_fuzz.py

@@ -21,7 +21,7 @@ PAGE = 4096
 
 
 class Pair:
-    """A robot that waits for nobody, and a server that ends when all is learned; each called again and again."""
+    """A robot that does not wait, and a server that ends when all is learned; each called again and again."""
 
     def __init__(self, forks: Forks, storage: Path, robot: Path, server: Path):
         self.forks, self.url, self.folders = forks, storage.as_uri(), (storage, robot, server)
@@ -71,7 +71,7 @@ def test_a_full_disk_changes_no_weights(
     pair = Pair(forks, *((disk if name == whose else tmp_path) / name for name in names))
     resized(disk, f"size={int(share * sizes[names.index(whose)]) // PAGE * PAGE}")
     stopped = plain(pair.robot())
-    if whose != "robot":  # whose later episodes would be lived with what was learned from earlier ones
+    if whose != "robot":  # later episodes would be recorded with weights learned from earlier ones
         stopped |= plain(pair.server())
     assert stopped
     resized(disk, "size=64m")

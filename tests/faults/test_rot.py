@@ -1,4 +1,4 @@
-"""Truncated and flipped files: found by their checksums, named, and what is sound is used. Two processes, a clock."""
+"""Truncated and flipped files: found by their checksums and named; sound ones are used. Two processes, a clock."""
 
 from __future__ import annotations
 
@@ -63,9 +63,9 @@ def harmed(runs: tuple[Path, dict[str, Any]], name: str, harm: Harm, folder: Pat
 def test_the_run_goes_back_to_what_is_sound(
         tmp_path: Path, forks: Forks, runs: tuple[Path, dict[str, Any]], name: str, harm: Harm) -> None:
     run = harmed(runs, name, harm, tmp_path / "run")
-    told = forks("resume", str(run), LONGER)
-    assert told.code == 0, told.error
-    assert f"{run / name} " in told.error, "it is named"
+    answer = forks("resume", str(run), LONGER)
+    assert answer.code == 0, answer.error
+    assert f"{run / name} " in answer.error, "it is named"
     ours = leftovers(run)
     assert ours.keys() == runs[1].keys() and [key for key in ours if ours[key] != runs[1][key]] == []
 
@@ -78,22 +78,22 @@ def test_what_cannot_be_mended_is_refused_by_name(
     """Or it is sound enough that nothing changes: a bit of a comment, of a zip's date."""
     for seed in range(6):
         run = harmed(runs, name, harm, tmp_path / str(seed), seed)
-        told = forks("resume", str(run), LONGER)
-        if told.code == 0:
+        answer = forks("resume", str(run), LONGER)
+        if answer.code == 0:
             ours = leftovers(run)
             assert [key for key in ours if ours[key] != runs[1][key] and key != name] == []
             continue
-        assert told.code == 2 and len(told.error.strip().splitlines()) <= 2, told.error
-        assert str(run) in told.error and "Traceback" not in told.error
+        assert answer.code == 2 and len(answer.error.strip().splitlines()) <= 2, answer.error
+        assert str(run) in answer.error and "Traceback" not in answer.error
 
 
 def test_a_second_process_is_refused_in_one_line(tmp_path: Path, forks: Forks) -> None:
     run = RunFolder(tmp_path / "run")
-    with run.alone():
-        told = forks("explore", "agent=random", "loop.steps=5", "loop.episodes=1", f"hydra.run.dir={run.path}")
-    assert told.code == 2 and not told.out
+    with run.locked():
+        answer = forks("explore", "agent=random", "loop.steps=5", "loop.episodes=1", f"hydra.run.dir={run.path}")
+    assert answer.code == 2 and not answer.out
     assert [path.name for path in run.path.iterdir()] == [".lock"], "nothing was written into the other's folder"
-    assert told.error == f"{run.path} is lived by process {os.getpid()} on {os.uname().nodename}. " \
+    assert answer.error == f"{run.path} is in use by process {os.getpid()} on {os.uname().nodename}. " \
                          "Wait for it, or stop it.\n"
 
 

@@ -22,8 +22,8 @@ def begun(*words: str) -> subprocess.Popen[str]:
                             stdout=subprocess.DEVNULL, stderr=subprocess.PIPE)
 
 
-def lives(run: RunFolder) -> None:
-    """Waits until it has lived an episode."""
+def wait_for_an_episode(run: RunFolder) -> None:
+    """Wait until the run has finished an episode."""
     while not run.path.is_dir() or run.status.get("episode", 0) < 1:
         time.sleep(0.05)
 
@@ -39,7 +39,7 @@ def stopped(process: subprocess.Popen[str]) -> str:
 def test_a_run_ends_with_143_and_goes_on(tmp_path: Path) -> None:
     run = RunFolder(tmp_path / "run")
     process = begun(*WORDS, f"hydra.run.dir={run.path}")
-    lives(run)
+    wait_for_an_episode(run)
     error = stopped(process)
     assert error == f"Stopped by SIGTERM. To go on: curionav resume {run.path}\n"
     assert run.state == "interrupted" and run.status["error"] == "stopped by SIGTERM"
@@ -52,9 +52,9 @@ def test_a_sweep_takes_its_workers_with_it(tmp_path: Path) -> None:
     process = begun("-m", *WORDS, "seed=0,1", "launcher=cores", f"hydra.sweep.dir={tmp_path}")
     runs = [RunFolder(tmp_path / f"{seed}_small_room_random_{seed}") for seed in (0, 1)]
     for run in runs:
-        lives(run)
+        wait_for_an_episode(run)
     assert f"curionav resume {tmp_path}" in stopped(process)
     end = time.monotonic() + 60
-    while any(run.alive for run in runs) and time.monotonic() < end:
+    while any(run.in_use for run in runs) and time.monotonic() < end:
         time.sleep(0.1)
     assert [run.state for run in runs] == ["interrupted"] * 2

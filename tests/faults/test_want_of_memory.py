@@ -1,4 +1,4 @@
-"""Want of memory is told as such, wherever it comes from."""
+"""Out of memory is reported as such, from Python, numpy and torch."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ def caught(ask) -> BaseException:
 @pytest.mark.parametrize("ask", [
     lambda: bytearray(HUGE), lambda: np.empty(HUGE, np.uint8), lambda: torch.empty(HUGE, dtype=torch.uint8),
 ])
-def test_it_is_known_in_every_language(tmp_path: Path, ask) -> None:
+def test_it_is_recognised_from_each_library(tmp_path: Path, ask) -> None:
     error = caught(ask)
     assert out_of_memory(error)
     run = RunFolder(tmp_path)

@@ -19,8 +19,7 @@ from types import FrameType
 from typing import Any
 
 import curionav_cli.results.prediction.figures  # noqa: F401  (warm: what a run imports late)
-from curionav_cli import app
-from curionav_cli import loop as life
+from curionav_cli import app, loop
 from curionav_cli.agents.lbs_dreamer.agent import LBSDreamer
 from curionav_cli.commands import explore
 from curionav_cli.execution import exploration
@@ -30,9 +29,9 @@ from curionav_cli.storage.run_folder import RunFolder
 
 PHASES: dict[str, list[tuple[Any, str]]] = {
     "beginning": [(RunFolder, "create")],
-    "acting": [(life, "run_episode")],
+    "acting": [(loop, "run_episode")],
     "training": [(LBSDreamer, "learn"), (LBSDreamer, "predict")],
-    "saving": [(Recorder, "keep"), (RunFolder, "save_episode"), (RunFolder, "save_foresight")],
+    "saving": [(Recorder, "keep"), (RunFolder, "save_episode"), (RunFolder, "save_prediction")],
     "drawing": [(exploration, "draw")],
     "writing": [(explore, "work")],
 }

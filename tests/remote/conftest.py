@@ -1,4 +1,4 @@
-"""Each kind of storage; and a robot and a server that need no torch and no time."""
+"""Each kind of storage; and a robot and a server that need no torch and no waiting."""
 
 from __future__ import annotations
 
@@ -7,22 +7,24 @@ from importlib.util import find_spec
 from pathlib import Path
 
 import pytest
+from remote.pair import Pair
 from servers import Place, a_place
-from storage.remote.pair import Pair
 
 collect_ignore_glob = [] if find_spec("obstore") else ["test_*.py"]
 FULL = pytest.mark.slow
 
 
 @pytest.fixture(params=["folder", "bad", pytest.param("rclone", marks=FULL), pytest.param("moto", marks=FULL)])
-def place(request: pytest.FixtureRequest, tmp_path: Path, nobody: None, monkeypatch: pytest.MonkeyPatch) -> Place:
+def place(request: pytest.FixtureRequest, no_credentials: None, tmp_path: Path,
+          monkeypatch: pytest.MonkeyPatch) -> Place:
     """Each kind of storage, empty; the environment says how to reach it."""
     return a_place(request.param, request, tmp_path, monkeypatch)
 
 
 @pytest.fixture(params=["rclone", "moto"])
-def real(request: pytest.FixtureRequest, tmp_path: Path, nobody: None, monkeypatch: pytest.MonkeyPatch) -> Place:
-    """The two servers that others wrote, for the few tests that run on them each time."""
+def real(request: pytest.FixtureRequest, no_credentials: None, tmp_path: Path,
+         monkeypatch: pytest.MonkeyPatch) -> Place:
+    """The two S3 servers of others, for the few tests that run on them each time."""
     return a_place(request.param, request, tmp_path, monkeypatch)
 
 

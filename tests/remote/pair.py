@@ -1,6 +1,6 @@
-"""A robot and a server at one storage, in one thread: time passes only when one of them sleeps: the other works then.
+"""A robot and a server at one storage, in one thread: time passes only while one of them sleeps and the other works.
 
-What they learn is a chain of hashes: the weights after n episodes are known without any learner.
+Their weights are a chain of hashes, so that those after n episodes can be computed without a learner.
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ def link(weights: bytes, episode: Episode) -> bytes:
 
 
 class Pair:
-    """robot: a Courier, server: a Trainer; said: what each of them told."""
+    """robot: a RobotSync; server: a TrainingServer; said: the lines that each of them printed."""
 
     def __init__(self, url: str, folder: Path, an_episode: Callable[..., Episode], settings: dict = SETTINGS):
         self.url, self.folder, self.an_episode = url, folder, an_episode
@@ -51,8 +51,8 @@ class Pair:
         self.mark, self.now = fingerprint(settings), 0.0
         self.said: dict[str, list[str]] = {"robot": [], "server": []}
         self.acting, self.learned = b"\0" * 32, b"\0" * 32
-        self.server_works, self.lived = True, 0
-        self.pass_by: Callable[[], None] = lambda: None  # something else that happens while time passes
+        self.server_works, self.recorded = True, 0
+        self.pass_by: Callable[[], None] = lambda: None  # called while time passes
         self.store().create()
         self.boot_robot()
         self.boot_server()
@@ -98,11 +98,11 @@ class Pair:
 
     def dock(self) -> None:
         """As the loop calls it, before the episode after the last one."""
-        self.robot.docked(self.lived)
+        self.robot.docked(self.recorded)
 
-    def live(self, seq: int, episode: Episode | None = None) -> None:
-        """An episode; it is not delivered yet."""
-        self.lived = max(self.lived, seq + 1)
+    def record(self, seq: int, episode: Episode | None = None) -> None:
+        """Record an episode, without delivering it."""
+        self.recorded = max(self.recorded, seq + 1)
         episode = episode or self.episode(seq)
         episode.save(self.path(seq))
         self.robot.collect(seq, episode)
@@ -129,7 +129,7 @@ class Pair:
                         lambda folder: (folder / "chain").write_bytes(self.learned))
 
     def serve(self) -> None:
-        """As Trainer.serve does, as long as there is something."""
+        """As TrainingServer.serve does, as long as there are episodes."""
         try:
             self.server.publisher.announce()
             while self.server.turn():
@@ -141,7 +141,7 @@ class Pair:
         return chain([self.episode(seq) for seq in order])
 
     def undisturbed(self, episodes: int) -> None:
-        """All came, each was learned from once, in order; nothing waits, nothing is held against anybody."""
+        """All arrived, each was learned from once, in order; nothing waits, nothing is refused."""
         assert self.learned == self.expected(*range(episodes)) and self.server.done == episodes
         assert self.acting == self.learned and self.robot.version == episodes
         assert not self.outbox.waiting() and self.ledger.refused() == {} and len(self.ledger.names()) == episodes

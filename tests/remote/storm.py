@@ -1,4 +1,4 @@
-"""Faults that strike on any kind of storage: between those who put objects and the storage that gets them."""
+"""Faults of uploads to any kind of storage, between the caller of `put` and the storage."""
 
 from __future__ import annotations
 
@@ -11,17 +11,17 @@ from bad_server import flipped
 from curionav_cli.errors import Unreachable
 from curionav_cli.remote.object_store import ObjectStore
 
-SPOILT: dict[str, Callable[[bytes], bytes]] = {
+DAMAGED: dict[str, Callable[[bytes], bytes]] = {
     "truncate": lambda raw: raw[:len(raw) // 3], "flip": flipped, "empty": lambda raw: b"",
     "break off": lambda raw: raw[:len(raw) // 2],
 }
-TOLD = {"break off": "the connection broke off", "refuse": "it is not able to answer now",
+REASONS = {"break off": "the connection broke off", "refuse": "it is not able to answer now",
         "full": "it has no place for what is put there"}
 KINDS = ("truncate", "flip", "empty", "break off", "lose", "refuse", "full", "twice")
 
 
 class Storm:
-    """faults: kinds, each for the next object whose key contains `part`; struck: what was hit."""
+    """faults: kinds, each for the next object whose key contains `part`; struck: the keys that were hit."""
 
     def __init__(self, monkeypatch: pytest.MonkeyPatch, part: str = ""):
         self.part, self.faults, self.struck, self.plain = part, list[str](), list[str](), ObjectStore.put
@@ -33,8 +33,8 @@ class Storm:
             self.struck.append(key)
         whole = raw.read_bytes() if isinstance(raw, Path) else raw
         if kind not in ("lose", "refuse", "full"):
-            self.plain(store, key, SPOILT[kind](whole) if kind in SPOILT else raw)
+            self.plain(store, key, DAMAGED[kind](whole) if kind in DAMAGED else raw)
         if kind == "twice":
             self.plain(store, key, raw)
-        if kind in TOLD:
-            raise Unreachable(TOLD[kind])
+        if kind in REASONS:
+            raise Unreachable(REASONS[kind])

@@ -1,5 +1,5 @@
-"""What networks and servers do to robots, injected: nothing is lost, nothing is learned from twice, and the final
-weights are those of the undisturbed life (the numbers are those of the list of faults that this was designed by)."""
+"""Faults of networks and servers, injected: nothing is lost, nothing is learned from twice, and the final weights are
+those of a run without faults (the numbers are those of the list of faults in the design)."""
 
 from __future__ import annotations
 
@@ -9,8 +9,8 @@ from pathlib import Path
 
 import pytest
 from bad_server import BadServer, Fault
+from remote.pair import Pair
 from servers import Place, a_place, free_port
-from storage.remote.pair import Pair
 
 from curionav_cli.errors import Unreachable
 from curionav_cli.remote.object_store import ObjectStore, TooLarge
@@ -19,7 +19,8 @@ from curionav_cli.remote.protocol import MARKED, Pointer
 
 
 @pytest.fixture
-def place(tmp_path: Path, nobody: None, monkeypatch: pytest.MonkeyPatch, request: pytest.FixtureRequest) -> Place:
+def place(tmp_path: Path, no_credentials: None, monkeypatch: pytest.MonkeyPatch,
+          request: pytest.FixtureRequest) -> Place:
     """The bad server."""
     return a_place("bad", request, tmp_path, monkeypatch)
 
@@ -28,7 +29,7 @@ def four(pair: Pair) -> None:
     """Four episodes, with a visit to the dock after each."""
     pair.dock()
     for seq in range(4):
-        pair.live(seq)
+        pair.record(seq)
         pair.dock()
 
 
@@ -44,7 +45,7 @@ def test_a_spoilt_upload_is_sent_again(pair: Pair, bad: BadServer, kind: str, pa
             fault.part, fault.times = "episodes/000002-", 1 if part == ".npz" else 0
             if part == ".json":
                 bad.faults.append(Fault(kind, part=".json", times=1))
-        pair.live(seq)
+        pair.record(seq)
         pair.dock()
     assert pair.acting == pair.learned == pair.expected(0, 1, 2, 3)
     assert pair.server.done == 4 and not pair.outbox.waiting() and pair.ledger.refused() == {}
@@ -53,12 +54,12 @@ def test_a_spoilt_upload_is_sent_again(pair: Pair, bad: BadServer, kind: str, pa
 
 
 def test_a_flipped_bit_waits_in_quarantine_for_the_next_try(pair: Pair, bad: BadServer) -> None:
-    """Later episodes do not overtake it, so that the weights stay those of a life without faults."""
+    """Later episodes do not overtake it, so that the weights stay those of a run without faults."""
     bad.faults.append(Fault("flip", part="000000-", times=1))
     pair.server_works = False
     for seq in range(3):
-        pair.live(seq)
-    pair.robot.exchange(pair.lived)
+        pair.record(seq)
+    pair.robot.exchange(pair.recorded)
     pair.serve()
     [name] = pair.ledger.refused()
     broken = (pair.folder / "server" / "quarantine" / f"{name}.npz").read_bytes()
@@ -76,9 +77,9 @@ def test_a_flipped_bit_waits_in_quarantine_for_the_next_try(pair: Pair, bad: Bad
 def test_a_robot_that_reboots_in_the_middle_of_an_upload(pair: Pair, bad: BadServer) -> None:
     """39: half of the episode is there, the marker is not."""
     bad.faults.append(Fault("drop", part="000000-", times=2))  # obstore tries twice
-    pair.live(0)
+    pair.record(0)
     with pytest.raises(Unreachable, match="the connection broke off"):
-        pair.robot.exchange(pair.lived)
+        pair.robot.exchange(pair.recorded)
     assert [len(raw) < pair.path(0).stat().st_size for raw in bad.objects.values()] == [True]
     pair.boot_robot()
     pair.dock()
@@ -96,8 +97,8 @@ def test_weights_that_are_spoilt_on_the_way_are_not_acted_with(pair: Pair, bad: 
     four(pair)
     bad.faults.append(Fault("truncate", part="never", times=1))
     pair.server_works = False
-    pair.live(4)
-    pair.robot.exchange(pair.lived)
+    pair.record(4)
+    pair.robot.exchange(pair.recorded)
     pair.serve()
     key = next(key for key in bad.objects if "/weights/000005" in key)
     bad.objects[key] = bad.objects[key][:-1] + b"\0"
@@ -119,25 +120,25 @@ FAULTS = [
 
 
 @pytest.mark.parametrize(("fault", "reason"), FAULTS, ids=[fault.code for fault, _ in FAULTS])
-def test_a_storage_that_refuses_is_told_by_its_reason_and_waited_for(
+def test_a_storage_that_refuses_is_named_with_its_reason_and_waited_for(
         pair: Pair, bad: BadServer, fault: Fault, reason: str) -> None:
     """34, 38: the robot goes on with what it has; when the fault is over, nothing was lost."""
-    pair.live(0)
+    pair.record(0)
     pair.dock()
     bad.faults.append(Fault(**vars(fault)))
     pair.server_works = False
-    pair.live(1)
+    pair.record(1)
     pair.dock()
     assert pair.said["robot"] == [f"the storage is not reachable ({reason}): goes on with weights 1; "
                                   f"{'1 episode' if fault.method == 'PUT' else '0 episodes'} to be delivered"]
     bad.faults.clear()
     pair.server_works = True
-    pair.live(2)
+    pair.record(2)
     pair.dock()
     assert pair.acting == pair.expected(0, 1, 2)
 
 
-def test_no_secret_is_in_what_is_told(pair: Pair, bad: BadServer) -> None:
+def test_no_secret_is_in_a_message(pair: Pair, bad: BadServer) -> None:
     """The bad server repeats the request, with its signature, in its answer."""
     bad.faults.append(Fault("status", "GET", times=9, status=403, code="AccessDenied"))
     with pytest.raises(Unreachable) as refused:
@@ -153,7 +154,7 @@ def unreachable(monkeypatch: pytest.MonkeyPatch, endpoint: str, timeout: float =
     return str(error.value)
 
 
-def test_nobody_there_no_such_name_and_too_slow_are_three_reasons(
+def test_no_server_no_such_name_and_too_slow_are_three_reasons(
         place: Place, bad: BadServer, monkeypatch: pytest.MonkeyPatch) -> None:
     bad.objects["bucket/x/anything"] = b"x" * 9
     bad.faults.append(Fault("slow", "GET", times=9))
@@ -168,36 +169,36 @@ def test_a_storage_that_is_too_slow_for_a_while(pair: Pair, bad: BadServer) -> N
     pair.ledger.close()
     pair.boot_robot()
     pair.boot_server()
-    pair.live(0)
+    pair.record(0)
     pair.dock()
     bad.faults.append(Fault("slow", "GET", times=99))
-    pair.live(1)
+    pair.record(1)
     pair.dock()
     assert pair.said["robot"] == ["the storage is not reachable (no answer in time): goes on with weights 1; "
                                   "0 episodes to be delivered"]
     assert set(pair.said["server"]) == {"no answer in time"}
     bad.faults.clear()
-    pair.live(2)
+    pair.record(2)
     pair.dock()
     pair.undisturbed(3)
 
 
 def test_a_storage_that_dies_and_comes_back(pair: Pair, bad: BadServer, monkeypatch: pytest.MonkeyPatch) -> None:
     """34: the server's SIGKILL as its clients see it, with two episodes in between."""
-    pair.live(0)
+    pair.record(0)
     pair.dock()
     monkeypatch.setenv("AWS_ENDPOINT_URL", f"http://127.0.0.1:{free_port()}")
     pair.server_works = False
-    pair.robot.store = dead = pair.store()
+    pair.robot.store = unreachable_store = pair.store()
     for seq in (1, 2):
-        pair.live(seq)
+        pair.record(seq)
         pair.dock()
     assert [line.partition(": goes")[0] for line in pair.said["robot"]] == [
         "the storage is not reachable (the connection was refused)"] * 2
     monkeypatch.setenv("AWS_ENDPOINT_URL", bad.endpoint)
     pair.robot.store, pair.server_works = pair.store(), True
-    assert dead is not pair.robot.store
-    pair.live(3)
+    assert unreachable_store is not pair.robot.store
+    pair.record(3)
     pair.dock()
     assert pair.acting == pair.expected(0, 1, 2, 3) and pair.robot.version == 4
 
@@ -207,7 +208,7 @@ def test_a_full_disk_stops_the_robot_too(pair: Pair, tmp_path: Path, monkeypatch
     monkeypatch.setattr(shutil, "disk_usage", lambda path: usage)
     outbox = Outbox(tmp_path / "box", pair.mark, most=9, share=0.8)
     assert outbox.full() == ""  # nothing waits: it is not the outbox that fills it
-    pair.live(0)
+    pair.record(0)
     outbox.add(0, pair.path(0), pair.episode(0), 0)
     assert outbox.full() == f"the disk of {tmp_path / 'box'} is filled to 80% (remote.disk=0.8)"
 

@@ -1,5 +1,5 @@
 """Robots and servers that are killed, and two servers, on each kind of storage: nothing is lost, nothing is learned
-from twice, and the final weights are those of the undisturbed life (the numbers are those of the list of faults)."""
+from twice, and the final weights are those of a run without faults (the numbers are those of the list of faults)."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import shutil
 from collections.abc import Callable
 
 import pytest
-from storage.remote.pair import Pair
+from remote.pair import Pair
 
 from curionav_cli.errors import RunFailed, RunFolderError
 from curionav_cli.remote import outbox
@@ -22,7 +22,7 @@ from curionav_cli.storage import checkpoint
 
 
 class Killed(BaseException):
-    """As SIGKILL, in this process: no `except Exception` holds it."""
+    """SIGKILL in this process: no `except Exception` catches it."""
 
 
 def die(*_: object) -> None:
@@ -31,7 +31,7 @@ def die(*_: object) -> None:
 
 def deadly(monkeypatch: pytest.MonkeyPatch, owner: object, name: str, after: bool,
            now: Callable[[], bool]) -> list[int]:
-    """While `now` says so, up to five times, who calls that is killed before or after it; a list of the kills."""
+    """While `now` is true, kill the caller of owner.name before or after the call, five times at most; the kills."""
     plain, kills = getattr(owner, name), list[int]()
 
     def wrapped(*words: object, **named: object) -> object:
@@ -54,17 +54,17 @@ def deadly(monkeypatch: pytest.MonkeyPatch, owner: object, name: str, after: boo
 ])
 def test_a_robot_that_is_rebooted_at_any_boundary_of_a_delivery(
         pair: Pair, monkeypatch: pytest.MonkeyPatch, owner, name: str, after: bool) -> None:
-    """39: from its third episode on, three times at least; it lives that episode again, or goes on after it, as the
+    """39: from its third episode on, three times at least; it repeats that episode, or goes on after it, as the
     loop does."""
     serving: list[int] = []
     serve = pair.serve
     monkeypatch.setattr(pair, "serve", lambda: (serving.append(1), serve(), serving.clear()))
-    kills = deadly(monkeypatch, owner, name, after, lambda: pair.lived >= 3 and not serving)
+    kills = deadly(monkeypatch, owner, name, after, lambda: pair.recorded >= 3 and not serving)
     pair.dock()
     seq = 0
     while seq < 5:
         try:
-            pair.live(seq)
+            pair.record(seq)
             pair.dock()
             seq += 1
         except Killed:
@@ -73,20 +73,20 @@ def test_a_robot_that_is_rebooted_at_any_boundary_of_a_delivery(
     pair.undisturbed(5)
 
 
-def test_a_robot_that_fell_lives_its_episode_again_with_the_weights_that_it_had(pair: Pair) -> None:
-    """39: it fell between its outbox and its checkpoint, and newer weights came meanwhile."""
+def test_a_robot_that_crashed_repeats_its_episode_with_the_weights_that_it_had(pair: Pair) -> None:
+    """39: it crashed between its outbox and its checkpoint, and newer weights came meanwhile."""
     pair.server_works = False
     pair.dock()
     for seq in range(2):
-        pair.live(seq)
+        pair.record(seq)
         pair.dock()
-    pair.live(2)
+    pair.record(2)
     pair.boot_robot()
     pair.serve()
-    pair.lived, pair.server_works = 2, True
+    pair.recorded, pair.server_works = 2, True
     pair.dock()
     assert pair.robot.version == 0  # though version 2 is there
-    pair.live(2)
+    pair.record(2)
     pair.dock()
     pair.undisturbed(3)
 
@@ -95,13 +95,13 @@ def test_a_robot_that_fell_lives_its_episode_again_with_the_weights_that_it_had(
     (Ledger, "take", False), (Ledger, "take", True), (Pair, "learn", False), (checkpoint, "flush", False),
     (Pair, "learn", True), (Ledger, "publish", True), (ObjectStore, "put", False), (ObjectStore, "put", True),
 ])
-def test_a_server_that_is_killed_at_any_boundary_ends_with_the_weights_of_the_quiet_life(
+def test_a_server_that_is_killed_at_any_boundary_ends_with_the_weights_of_a_quiet_run(
         pair: Pair, monkeypatch: pytest.MonkeyPatch, owner, name: str, after: bool) -> None:
     """33: five times, at the third episode first; each time it is started again on what is on the disk."""
     pair.server_works = False
     for seq in range(5):
-        pair.live(seq)
-    pair.robot.exchange(pair.lived)
+        pair.record(seq)
+    pair.robot.exchange(pair.recorded)
     kills = deadly(monkeypatch, owner, name, after, lambda: pair.server.done >= 2)
     for _ in range(9):
         try:
@@ -118,12 +118,12 @@ def test_a_server_that_is_killed_at_any_boundary_ends_with_the_weights_of_the_qu
 def test_a_server_killed_between_weights_and_pointer_mends_the_pointer(pair: Pair, monkeypatch) -> None:
     pair.dock()
     for seq in range(4):
-        pair.live(seq)
+        pair.record(seq)
         pair.dock()
     take = pair.robot.take_newest
     pair.server_works = False
-    pair.live(4)
-    pair.robot.exchange(pair.lived)
+    pair.record(4)
+    pair.robot.exchange(pair.recorded)
     with monkeypatch.context() as patched:
         patched.setattr("curionav_cli.remote.weight_publisher.written", die)  # what the pointer says
         with pytest.raises(Killed):
@@ -140,7 +140,7 @@ def test_a_server_that_goes_on_from_an_older_checkpoint_does_not_set_robots_back
     """Its newest is broken: what it did after the older one it does again, to the same weights."""
     pair.dock()
     for seq in range(3):
-        pair.live(seq)
+        pair.record(seq)
         pair.dock()
     before = pair.store().get(LATEST, 999)
     shutil.rmtree(pair.folder / "server" / "checkpoint" / "000003")
@@ -149,7 +149,7 @@ def test_a_server_that_goes_on_from_an_older_checkpoint_does_not_set_robots_back
     assert pair.server.done == 2
     pair.server.publish()
     assert pair.store().get(LATEST, 999) == before
-    pair.live(3)
+    pair.record(3)
     pair.dock()
     pair.undisturbed(4)
     assert pair.said == {"robot": [], "server": []}
@@ -157,7 +157,7 @@ def test_a_server_that_goes_on_from_an_older_checkpoint_does_not_set_robots_back
 
 def test_a_ledger_on_a_full_disk_and_a_broken_one(pair: Pair) -> None:
     pair.ledger.rows.execute("pragma max_page_count = 1")
-    pair.live(0)
+    pair.record(0)
     with pytest.raises(OSError, match="full") as full:
         for number in range(9999):
             pair.ledger.refuse(f"{number:06d}", "x" * 200)
@@ -175,8 +175,8 @@ def test_two_servers_at_once_from_the_beginning_publish_the_same(pair: Pair, an_
     second = Pair(pair.url, pair.folder / "second", an_episode)
     pair.server_works = False
     for seq in range(3):
-        pair.live(seq)
-    pair.robot.exchange(pair.lived)
+        pair.record(seq)
+    pair.robot.exchange(pair.recorded)
     pair.server.turn()
     assert pair.learned == pair.expected(0)
     second.serve()

@@ -1,15 +1,15 @@
-"""The store: which URLs are places, whom a service takes us for, and that servers which others wrote are understood."""
+"""The object store: which URLs are accepted, where keys come from, and that S3 servers of others work."""
 
 from __future__ import annotations
 
 from pathlib import Path
 
 import pytest
+from remote.pair import Pair
 from servers import Place
-from storage.remote.pair import Pair
 
 from curionav_cli.errors import ConfigError, Unreachable
-from curionav_cli.remote.credentials import emptied, s3_options
+from curionav_cli.remote.credentials import drop_empty, s3_options
 from curionav_cli.remote.object_store import ObjectStore, parts
 from curionav_cli.remote.protocol import LATEST, Pointer, parsed, written
 
@@ -21,7 +21,7 @@ SECRET = "wJalrXUtnFEMI"
     ("file://localhost/srv", ("file", "", "/srv")), ("s3://bucket/a/b", ("s3", "bucket", "/a/b")),
     ("s3://bucket", ("s3", "bucket", "")),
 ])
-def test_places(url: str, place: tuple[str, str, str]) -> None:
+def test_accepted_urls(url: str, place: tuple[str, str, str]) -> None:
     assert parts(url) == place
 
 
@@ -29,7 +29,7 @@ def test_places(url: str, place: tuple[str, str, str]) -> None:
     f"s3://AKIA:{SECRET}@bucket/x", f"s3://bucket/x?secret={SECRET}", f"file:///x#{SECRET}", "ftp://x/y",
     "file://srv/x", "s3://b/../../x", "s3:///x", "/srv/robot", "", "file:relative",
 ])
-def test_what_is_no_place_is_refused_without_repeating_secrets(url: str) -> None:
+def test_other_urls_are_refused_without_repeating_secrets(url: str) -> None:
     with pytest.raises(ConfigError, match="storage: ") as refused:
         parts(url)
     assert SECRET not in str(refused.value)
@@ -50,7 +50,7 @@ def test_a_key_comes_from_the_environment_or_from_the_files_of_aws(tmp_path: Pat
     here = {"AWS_ACCESS_KEY_ID": "E", "AWS_REGION": "x", "AWS_ENDPOINT_URL": "http://e"}
     assert s3_options(here, tmp_path) == {"endpoint": "http://e"}
     with pytest.raises(ConfigError, match="no key for the S3 service"):
-        s3_options({"AWS_ENDPOINT_URL": "http://e"}, tmp_path / "nobody")
+        s3_options({"AWS_ENDPOINT_URL": "http://e"}, tmp_path / "empty")
     (aws / "credentials").write_text(f"aws_secret_access_key = {SECRET}")
     with pytest.raises(ConfigError, match="cannot be read as AWS's tools write it") as refused:
         s3_options({}, tmp_path)
@@ -71,7 +71,7 @@ def test_an_address_that_is_no_url_is_answered_before_the_library_sees_it(
 
 def test_what_is_set_and_empty_counts_as_unset(tmp_path: Path) -> None:
     environment = {"AWS_ENDPOINT_URL": "", "AWS_ENDPOINT": " ", "AWS_REGION": "", "AWS_ACCESS_KEY_ID": "A", "HOME": ""}
-    emptied(environment)
+    drop_empty(environment)
     assert environment == {"AWS_ACCESS_KEY_ID": "A", "HOME": ""}
     assert s3_options(environment, tmp_path) == {"region": "us-east-1"}
 
@@ -83,16 +83,16 @@ def test_a_folder_that_is_not_mounted_is_not_made_anew(tmp_path: Path) -> None:
     assert not (tmp_path / "mnt").exists()
 
 
-def test_the_everyday_life_on_servers_that_others_wrote(real: Place, tmp_path: Path, an_episode) -> None:
-    """A little of all of it, each time; the whole is run with -m slow."""
+def test_everyday_use_on_the_servers_of_others(real: Place, tmp_path: Path, an_episode) -> None:
+    """A little of everything; all of it runs with -m slow."""
     with Pair(real.url, tmp_path, an_episode).at_work() as pair:
         for seq in range(3):
-            pair.live(seq)
+            pair.record(seq)
             pair.dock()
         assert pair.acting == pair.expected(0, 1, 2) and pair.said == {"robot": [], "server": []}
         pair.boot_robot()
         pair.boot_server()
-        pair.live(3)
+        pair.record(3)
         [marker] = pair.outbox.waiting()
         pair.store().put(f"episodes/{marker.name}.npz", b"half of it")
         pair.store().put(f"episodes/{marker.name}.json", written(marker))

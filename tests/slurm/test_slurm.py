@@ -45,7 +45,7 @@ def test_six_runs(slurm: dict[str, str], tmp_path: Path) -> None:
     runs[5].path.mkdir(parents=True)
     (runs[5].path / "checkpoint").write_text("in the way")
     sent = curionav(slurm, "explore", "-m", *LONG, *QUEUE, f"hydra.sweep.dir={sweep}")
-    until(lambda: runs[0].status.get("episode", 0) >= 2, "the first run does not live", 300)
+    until(lambda: runs[0].status.get("episode", 0) >= 2, "the first run has no episode", 300)
     urgent = subprocess.run(["sbatch", "-p", "urgent", "-n", "2", "-o", "/dev/null", "--wrap", "sleep 1"], env=slurm,
                             capture_output=True, text=True, check=True)
     assert "Submitted" in urgent.stdout

@@ -1,4 +1,4 @@
-"""A checkpoint is whole or not there; a run with other settings is told which."""
+"""A checkpoint is whole or absent; other settings are refused by name."""
 
 import pytest
 

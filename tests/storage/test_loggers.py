@@ -30,7 +30,7 @@ def events(run: RunFolder) -> dict[str, list[tuple[int, float]]]:
     return found
 
 
-def told(run: RunFolder, rows: list[dict]) -> None:
+def log(run: RunFolder, rows: list[dict]) -> None:
     logger = LOGGERS["tensorboard"](run)
     for row in rows:
         run.append_metrics(row)
@@ -40,8 +40,8 @@ def told(run: RunFolder, rows: list[dict]) -> None:
 
 def test_every_number_of_every_row_once_at_its_step(tmp_path: Path) -> None:
     run = RunFolder(tmp_path)
-    told(run, ROWS[:2])
-    told(run, ROWS[2:])  # the run went on, in another process
+    log(run, ROWS[:2])
+    log(run, ROWS[2:])  # the run went on, in another process
     seen = events(run)
     assert seen["coverage"] == [(40, 0.125), (80, 0.25), (120, 0.375)]
     assert seen["loss"] == [(40, 3.5), (120, -1.25)], "what is not finite is left out"
@@ -49,15 +49,15 @@ def test_every_number_of_every_row_once_at_its_step(tmp_path: Path) -> None:
     assert "question" not in seen
 
 
-def test_a_run_that_forgot_its_last_episode_forgets_its_events(tmp_path: Path) -> None:
+def test_a_rewound_run_has_no_later_events(tmp_path: Path) -> None:
     run = RunFolder(tmp_path)
-    told(run, ROWS)
+    log(run, ROWS)
     run.write_metrics(ROWS[:1])
     TensorBoard(run).close()
     assert events(run)["coverage"] == [(40, 0.125)]
 
 
-def test_the_command_writes_what_it_lived(tmp_path: Path) -> None:
+def test_the_command_logs_its_episodes(tmp_path: Path) -> None:
     run = RunFolder(tmp_path / "run")
     words = ["explore", "agent=random", "loop.steps=5", "loop.episodes=2", "logger=tensorboard",
              f"hydra.run.dir={run.path}"]
@@ -68,7 +68,7 @@ def test_the_command_writes_what_it_lived(tmp_path: Path) -> None:
 
 def test_training_counts_its_iterations(tmp_path: Path) -> None:
     run = RunFolder(tmp_path)
-    told(run, [{"iterations": 100, "loss": 0.5}])
+    log(run, [{"iterations": 100, "loss": 0.5}])
     assert events(run)["loss"] == [(100, 0.5)]
 
 

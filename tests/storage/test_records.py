@@ -1,4 +1,4 @@
-"""A save is finished or absent, and says the same bytes every time."""
+"""Records come back as they were saved; a save is whole or absent, and the same bytes every time."""
 
 import numpy as np
 import pytest
@@ -58,17 +58,17 @@ def test_a_plan_comes_back_and_finds_cells(tmp_path, a_plan):
     assert row.tolist() == [0, 3, 1, 0, 0] and column.tolist() == [0, 0, 1, 5, 5]
 
 
-def test_an_episode_as_one_saw_it_who_holds_an_action_for_three_steps(an_episode):
+def test_an_episode_at_the_frames_of_an_agent_that_holds_actions_for_three_steps(an_episode):
     episode = an_episode(steps=11)
     episode.action[:9] = np.repeat([2, 0, 1], 3)  # the last two steps are no whole action
     episode.collided[:] = False
     episode.collided[[4, 10]] = True
-    seen = episode.every(3)
-    assert seen.action.tolist() == [2, 0, 1] and seen.collided.tolist() == [False, True, False] and len(seen) == 3
-    np.testing.assert_array_equal(seen.image, episode.image[[0, 3, 6, 9]])
-    np.testing.assert_array_equal(seen.pose, episode.pose[[0, 3, 6, 9]])
-    assert not np.shares_memory(seen.image, episode.image)  # or a replay would hold all of it
+    kept = episode.every(3)
+    assert kept.action.tolist() == [2, 0, 1] and kept.collided.tolist() == [False, True, False] and len(kept) == 3
+    np.testing.assert_array_equal(kept.image, episode.image[[0, 3, 6, 9]])
+    np.testing.assert_array_equal(kept.pose, episode.pose[[0, 3, 6, 9]])
+    assert not np.shares_memory(kept.image, episode.image)  # or a replay would hold all of it
     assert episode.every(1) is episode
     episode.action[4] = 1
-    with pytest.raises(RunFolderError, match=r"did not hold its actions for 3 steps, .*Set agent\.action_repeat=1\."):
+    with pytest.raises(RunFolderError, match=r"without agent\.action_repeat=3: .*Set agent\.action_repeat=1\."):
         episode.every(3)

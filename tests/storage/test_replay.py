@@ -1,4 +1,4 @@
-"""Windows are whole, aligned, within one episode and uniform, wherever their frames stand; pixels tell their place."""
+"""Windows are whole, aligned, within one episode and uniform, wherever their frames are; pixels encode their place."""
 
 import errno
 import gc
@@ -156,7 +156,7 @@ def test_nothing_is_left_in_the_folder_and_the_disk_is_given_back(tmp_path, a_re
     gc.collect()  # an unclosed file would warn, and warnings are errors
 
 
-def test_a_full_disk_is_told_as_such(tmp_path, an_episode, monkeypatch):
+def test_a_full_disk_is_reported_as_such(tmp_path, an_episode, monkeypatch):
     replay = Replay([marked(an_episode, 0, 5)], memory=6 * FRAME, folder=tmp_path)
 
     def full(*_):

@@ -1,4 +1,4 @@
-"""A run folder tells what is missing, and goes back to its last finished episode."""
+"""A run folder names what is missing, and is rewound to its last finished episode."""
 
 import pytest
 
@@ -26,7 +26,7 @@ def test_what_is_written_is_read(run):
     assert RunFolder.existing(run.path).plan.cell == run.plan.cell
 
 
-def test_rewind_forgets_what_came_after(run):
+def test_rewind_removes_what_came_after(run):
     with open(run.metrics_file, "a") as file:
         file.write('{"episode": 3, "st')  # torn
     run.rewind(2)

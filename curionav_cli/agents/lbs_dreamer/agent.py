@@ -24,7 +24,7 @@ from curionav_cli.agents.meter import Meter, finite
 from curionav_cli.agents.weights import pack, put, unpack
 from curionav_cli.constants import IMAGE_SHAPE, Stream
 from curionav_cli.errors import ConfigError, WeightsRefused
-from curionav_cli.records import Episode, FloorPlan, Foresight
+from curionav_cli.records import Episode, FloorPlan, Prediction
 from curionav_cli.storage.replay import NO_ACTION, Replay
 
 ACTING = ("world_model.encoder.", "world_model.rssm.", "behaviour.actor.")
@@ -126,7 +126,7 @@ class LBSDreamer(Agent):
         """The part of the weights that acting needs, as it lies in memory: encoder, RSSM and actor."""
         return {name: tensor for name, tensor in self.learner.networks.state_dict().items() if name.startswith(ACTING)}
 
-    def predict(self, index: int, episode: Episode) -> Foresight | None:
+    def predict(self, index: int, episode: Episode) -> Prediction | None:
         rng = np.random.default_rng([self.seed, Stream.predictions, index])
         return predict_episode(self.learner.networks, episode, self.hyper.sequence_length, rng, self.device, self.every)
 

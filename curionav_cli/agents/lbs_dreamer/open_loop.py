@@ -16,7 +16,7 @@ from curionav_cli.agents.lbs_dreamer.kernels import latent
 from curionav_cli.agents.lbs_dreamer.learner import Networks
 from curionav_cli.agents.lbs_dreamer.rssm import State
 from curionav_cli.agents.lbs_dreamer.world_model import WorldModel
-from curionav_cli.records import Episode, Foresight, Surprise
+from curionav_cli.records import Episode, Prediction, Surprise
 from curionav_cli.storage.replay import NO_ACTION
 
 CONTEXT, HORIZON = 5, 20
@@ -25,7 +25,7 @@ SHOWN, MEASURED = 6, 16  # windows
 
 
 def predict_episode(networks: Networks, episode: Episode, length: int, rng: np.random.Generator, device: torch.device,
-                    every: int = 1) -> Foresight | None:
+                    every: int = 1) -> Prediction | None:
     """Open-loop predictions of an episode; None where it is too short for one. length: of a training sequence;
     every: steps for which an action is held. Windows are made of the frames that are acted on."""
     episode = episode.every(every)
@@ -42,7 +42,7 @@ def predict_episode(networks: Networks, episode: Episode, length: int, rng: np.r
     drawn = CONTEXT - 1 + step
     truth, whole = truth[len(shown):], predicted[len(shown):]
     surprised = surprise(networks, episode, length, rng, device)
-    return Foresight(step * every, at[:len(shown), drawn] * every, predicted[:len(shown), drawn],
+    return Prediction(step * every, at[:len(shown), drawn] * every, predicted[:len(shown), drawn],
                      squared_error(whole[:, CONTEXT:], truth[:, CONTEXT:]),
                      squared_error(truth[:, CONTEXT - 1:CONTEXT], truth[:, CONTEXT:]),
                      replace(surprised, frame=surprised.frame * every), every)

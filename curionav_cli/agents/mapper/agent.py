@@ -24,6 +24,7 @@ from curionav_cli.records import Pose
 from curionav_cli.robot.occupancy import Occupancy
 from curionav_cli.world.motion import YAW
 
+STUCK = 3  # cancelled moves in a row, after which it moves at random
 PATIENCE = 50  # steps until it looks for a goal again, once there was none
 
 
@@ -35,21 +36,24 @@ class Mapper(Agent):
         self.camera, self.memory, self.goal = camera, memory, goal
         self.steps, self.explored = 0, 0  # since the run began; when nothing was left for the first time
         self.way: list[int] = []
-        self.wait = 0
+        self.wait = self.stuck = 0
         self.before: Pose | None = None
 
     def begin(self) -> None:
         self.memory.begin()
-        self.way, self.wait, self.before = [], 0, None
+        self.way, self.wait, self.stuck, self.before = [], 0, 0, None
 
     def act(self, observation: dict[str, np.ndarray], info: dict[str, Any]) -> int:
         pose = Pose(*np.asarray(info.get("estimate", info["pose"])).tolist())
-        if info["collided"] and self.before:
+        self.stuck = self.stuck + 1 if info["collided"] else 0
+        if self.stuck and self.before:
             self.memory.cancelled(*self.before)
             self.way = []
         self.memory.see(pose, self.camera.scan(observation["depth"]), self.camera.near)
         self.memory.land(pose.x, pose.y, (self.before or pose)[:2])
-        if not self.way or not self._clear(pose):
+        if self.stuck > STUCK:
+            self.way = []
+        elif not self.way or not self._clear(pose):
             self.way = self._search(pose)
         self.steps, self.before = self.steps + 1, pose
         return self.way.pop(0) if self.way else int(self.rng.integers(len(ACTIONS)))

@@ -41,7 +41,7 @@ class Memory:
         self._corner = self.map.corner
         self._free: np.ndarray | None = None
         self._entered = (math.inf, math.inf, 0.0)
-        self._discs = [disc(limit / cell) for limit in (radius - cell / 2, radius / 2, radius + 2 * cell)]
+        self._discs = [disc(limit / cell) for limit in (radius, radius / 2, radius + 2 * cell)]
 
     @property
     def cell(self) -> float:
@@ -74,12 +74,17 @@ class Memory:
         self.passed[row, column] = True
 
     def cancelled(self, x: float, y: float, yaw: float) -> None:
-        """A move from (x, y) was cancelled: of the cells on its way the likeliest is closed.
+        """A move from (x, y) was cancelled: of the cells on its way, beyond its own, the likeliest is closed.
 
         That is one that no move went through yet, if there is one, and of those the one nearest to an obstacle. Where
         no obstacle is known nearby, there is one now.
         """
         row, column = self.map.cells(x + ALONG * STEP_LENGTH * math.cos(yaw), y + ALONG * STEP_LENGTH * math.sin(yaw))
+        here = self.map.cells(x, y)
+        beyond = (row != here[0]) | (column != here[1])  # the robot stands on its own cell, so that one is free
+        if not beyond.any():
+            return
+        row, column = row[beyond], column[beyond]
         room = self.room(row, column)
         worst = int(np.argmin(room + MOST * self.passed[row, column]))
         self.closed[row[worst], column[worst]] = True

@@ -13,7 +13,7 @@ from curionav_cli.results.coverage import Curve
 from curionav_cli.results.integrity import noted
 from curionav_cli.results.labels import Settings, arm_settings, world_settings
 from curionav_cli.results.runs import Run, job_number, spent
-from curionav_cli.storage.run_folder import RunFolder, nowhere
+from curionav_cli.storage.run_folder import RunFolder, no_folder
 
 NOTED = ("landing", "visitable")  # how a run counts itself as it goes
 
@@ -61,7 +61,7 @@ def folders(path: Path) -> list[Path]:
         return [path]
     jobs = {mark.parent for name in (".hydra", "run.json") for mark in path.glob(f"*/{name}")}
     if not path.is_dir():
-        raise RunFolderError(nowhere(path))
+        raise RunFolderError(no_folder(path))
     if not jobs:
         raise RunFolderError(f"{path} holds neither a run nor a sweep.")
     return sorted(jobs, key=lambda job: job_number(job.name))

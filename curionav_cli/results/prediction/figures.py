@@ -87,8 +87,8 @@ def surprise_table(run: Run) -> Table | None:
         return None
     table = Table(box=SIMPLE, pad_edge=False, caption_justify="left", title_justify="left", title=run.label,
                   caption="KL in nats and predicted reward, before learning from the episode. New: no earlier view "
-                          f"that way within {novelty.NEW} m; known: within {novelty.KNOWN} m. KL by position in a window: "
-                          + ", ".join(f"{n}: {nats:.1f}" for n, nats in novelty.by_position(found).items()))
+                          f"that way within {novelty.NEW} m; known: within {novelty.KNOWN} m. KL by position in a "
+                          "window: " + ", ".join(f"{n}: {nats:.1f}" for n, nats in novelty.by_position(found).items()))
     headings = ["views", "new", "known", *(f"{signal} {key}" for signal in novelty.SIGNALS
                                            for key in ("new", "known", "ratio", "auc"))]
     for heading in headings:

@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from curionav_cli.files import read_arrays
-from curionav_cli.records import Foresight
+from curionav_cli.records import Prediction
 from curionav_cli.results.prediction.stored_predictions import newest
 from curionav_cli.results.runs import Run
 
@@ -53,10 +53,10 @@ def views(run: Run) -> Views | None:
     return Views(*(np.concatenate(parts, -1) for parts in zip(*found)))
 
 
-def judged(foresight: Foresight, away: np.ndarray, kind: np.ndarray) -> Views:
+def judged(prediction: Prediction, away: np.ndarray, kind: np.ndarray) -> Views:
     """Judge the frames of an episode's windows. away, kind: (T+1,) distance in metres and kind of frames acted on."""
-    surprise = foresight.surprise
-    frame = surprise.frame // foresight.every
+    surprise = prediction.surprise
+    frame = surprise.frame // prediction.every
     position = np.broadcast_to(np.arange(frame.shape[1]), frame.shape)
     settled = (position >= SETTLED) | (frame[:, :1] == 0)
     return Views(away[frame].ravel(), kind[frame].ravel(), position.ravel(), settled.ravel(),

@@ -11,7 +11,7 @@ import numpy as np
 
 from curionav_cli.errors import RunFolderError, SoundnessWarning
 from curionav_cli.files import read_arrays
-from curionav_cli.records import Foresight
+from curionav_cli.records import Prediction
 from curionav_cli.results.prediction import moved_objects
 from curionav_cli.results.runs import Run
 
@@ -56,7 +56,7 @@ class Errors(NamedTuple):
         return float(self.predicted[:, actions - 1].mean()), float(self.repeated[:, actions - 1].mean())
 
 
-def newest(run: Run, most: int = NEWEST) -> dict[int, Foresight]:
+def newest(run: Run, most: int = NEWEST) -> dict[int, Prediction]:
     """Read the predictions of the newest episodes, oldest first; none where the agent predicts nothing.
 
     Broken ones are named in a SoundnessWarning and left out: nothing else is built on them.
@@ -64,7 +64,7 @@ def newest(run: Run, most: int = NEWEST) -> dict[int, Foresight]:
     found = {}
     for index, path in list(run.predictions.items())[-most:]:
         try:
-            found[index] = Foresight.load(path)
+            found[index] = Prediction.load(path)
         except RunFolderError as error:
             warnings.warn(f"{error} Left out.", SoundnessWarning, stacklevel=2)
     return found
@@ -95,12 +95,12 @@ def strips(run: Run) -> list[Strip]:
             for window, difference in zip(found, differences)]
 
 
-def windows(run: Run, index: int, foresight: Foresight) -> list[Strip]:
+def windows(run: Run, index: int, prediction: Prediction) -> list[Strip]:
     """Read predictions beside the episode's own frames; circles are empty yet."""
     arrays = read_arrays(run.folder.episode_path(index), ("image", "pose", "events"))
     places = moved_objects.places(json.loads(str(arrays["events"])))
-    return [Strip(index, foresight.step, frame, arrays["image"][frame], image, arrays["pose"][frame], places, [])
-            for frame, image in zip(foresight.frame, foresight.image)]
+    return [Strip(index, prediction.step, frame, arrays["image"][frame], image, arrays["pose"][frame], places, [])
+            for frame, image in zip(prediction.frame, prediction.image)]
 
 
 def circles(window: Strip, difference: np.ndarray, usual: list[float], camera: moved_objects.Camera

@@ -9,7 +9,7 @@ import torch
 
 from curionav_cli.agents.lbs_dreamer import open_loop
 from curionav_cli.agents.lbs_dreamer.open_loop import CONTEXT, HORIZON, MEASURED, SHOWN, liveliest
-from curionav_cli.records import Foresight
+from curionav_cli.records import Prediction
 
 
 @pytest.fixture
@@ -86,7 +86,7 @@ def test_the_agent_is_left_as_it_was_and_the_same_is_foreseen_again(agent, repla
         one.save(tmp_path / name)
     a, b, c = ((tmp_path / name).read_bytes() for name in "abc")
     assert a == c != b
-    again = Foresight.load(tmp_path / "a")
+    again = Prediction.load(tmp_path / "a")
     for stored, loaded in ((first[0], again), (first[0].surprise, again.surprise)):
         for name, array in vars(stored).items():
             if name != "surprise":

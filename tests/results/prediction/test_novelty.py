@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from curionav_cli.records import Episode, Foresight, Surprise
+from curionav_cli.records import Episode, Prediction, Surprise
 from curionav_cli.results.prediction import novelty
 from curionav_cli.results.prediction.novelty import KINDS, Views
 from curionav_cli.results.runs import Run
@@ -52,7 +52,7 @@ def a_run(tmp_path, an_episode, a_plan):
         surprise = Surprise(frame, np.full((2, 6), nats, np.float32), np.full((2, 6), 3, np.float32))
         empty = np.zeros((1, 1), np.float32)
         run.save_episode(n, episode)
-        run.save_foresight(n, Foresight(np.array([1]), np.array([[1]]), np.zeros((1, 1, 64, 64, 3), np.uint8),
+        run.save_prediction(n, Prediction(np.array([1]), np.array([[1]]), np.zeros((1, 1, 64, 64, 3), np.uint8),
                                         empty, empty, surprise))
     return Run.open(run.path)
 
@@ -77,14 +77,14 @@ def test_only_frames_that_are_acted_on_are_views(a_run):
     """Held for three steps: what the second episode acts on, the first has passed by in between."""
     folder = a_run.folder
     for n in range(2):
-        episode, one = Episode.load(folder.episode_path(n)), Foresight.load(folder.foresight_paths()[n])
+        episode, one = Episode.load(folder.episode_path(n)), Prediction.load(folder.prediction_paths()[n])
         between = np.arange(12) % 3 > 0
         pose = np.column_stack([between if n == 0 else ~between, *np.zeros((2, 12))]).astype(float)
         folder.save_episode(n, replace(episode, pose=pose))
         frame = 3 * np.arange(4)[None]
         surprise = Surprise(frame, np.ones((1, 4), np.float32), np.ones((1, 4), np.float32))
-        replace(one, surprise=surprise, every=3).save(folder.foresight_paths()[n])
-    folder.foresight_paths()[2].unlink()
+        replace(one, surprise=surprise, every=3).save(folder.prediction_paths()[n])
+    folder.prediction_paths()[2].unlink()
     found = novelty.views(Run.open(folder.path))
     assert found.distance.tolist() == [np.inf] * 4 and found.kind.tolist() == [0, 1, 1, 1]
 

@@ -7,7 +7,7 @@ import pytest
 from matplotlib.colors import to_rgb
 from matplotlib.patches import Ellipse
 
-from curionav_cli.records import Foresight, Surprise
+from curionav_cli.records import Prediction, Surprise
 from curionav_cli.results import plots
 from curionav_cli.results.prediction import plots as prediction_plots
 from curionav_cli.results.prediction import stored_predictions
@@ -35,7 +35,7 @@ def a_run(tmp_path, an_episode, a_plan):
                 image[1, 2, 20:44, 26:40] //= 8
             error = np.full((3, horizon), n / 1000, np.float32) + seed
             run.save_episode(n, episode)
-            run.save_foresight(n, Foresight(STEP, frame, image, error, 2 * error, UNSURPRISED))
+            run.save_prediction(n, Prediction(STEP, frame, image, error, 2 * error, UNSURPRISED))
         return Run.open(run.path)
     return make
 

@@ -1,4 +1,4 @@
-"""Small nouns for tests: episodes and plans of any size, a map."""
+"""Small records for tests: episodes and plans of any size, a map."""
 
 import numpy as np
 import pytest
