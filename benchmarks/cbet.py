@@ -62,9 +62,9 @@ class Pieces:
         self.start = self.env.reset()
         world, _ = timed(lambda: [self.env.step(int(action)) for action in rng.permutation(episode.action)])
         self.start = self.env.reset()
-        life = Transitions(episode, self.index, self.index % agent.hyper.environments)
-        rewarding, (bonus, _) = timed(lambda: agent.learner.reward.episode_bonus(life))
-        batch = together(cut(life, agent.acted, bonus, agent.hyper.unroll)[:self.unrolls], agent.device)
+        transitions = Transitions(episode, self.index, self.index % agent.hyper.environments)
+        rewarding, (bonus, _) = timed(lambda: agent.learner.reward.episode_bonus(transitions))
+        batch = together(cut(transitions, agent.acted, bonus, agent.hyper.unroll)[:self.unrolls], agent.device)
         learning, _ = timed(lambda: agent.learner.update(batch))
         self.index += 1
         return {"world": world / steps, "acting": max(0.0, whole - world) / steps, "reward": rewarding / steps,

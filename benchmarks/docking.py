@@ -1,4 +1,4 @@
-"""What a homecoming costs: CPU-seconds of exploring, of driving home and docking, by room; on this machine.
+"""Cost of a return to dock: CPU-seconds of exploring, of driving home and docking, by room; on this machine.
 
     .venv/bin/python benchmarks/docking.py            about a CPU-minute
     .venv/bin/python benchmarks/docking.py --write    also puts the table into benchmarks/RESULTS.md
@@ -30,8 +30,8 @@ def settings(room: str, robot: str) -> Config:
         return compose(hydra, OverrideErrors(hydra, words), words)[0]
 
 
-class Life:
-    """A robot that explores and goes home; measure() gives CPU-seconds of both, and the seconds on its own clock."""
+class Trial:
+    """A robot that explores and returns to its dock; measure() gives CPU-seconds of both, and its own seconds."""
 
     def __init__(self, room: str, robot: str):
         self.settings = settings(room, robot)
@@ -52,24 +52,24 @@ class Life:
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--requests", type=int, default=40, help="homecomings in each room")
+    parser.add_argument("--requests", type=int, default=40, help="returns to dock in each room")
     parser.add_argument("--robot", nargs="*", default=["turtlebot2i", "turtlebot2i_plus"])
     parser.add_argument("--write", action="store_true", help="put the table into benchmarks/RESULTS.md")
     chosen = parser.parse_args()
-    lives = {(room, robot): Life(room, robot) for robot in chosen.robot for room in ROOMS}
-    measured = {key: np.array([]).reshape(0, 3) for key in lives}
+    trials = {(room, robot): Trial(room, robot) for robot in chosen.robot for room in ROOMS}
+    measured = {key: np.array([]).reshape(0, 3) for key in trials}
     for _ in range(chosen.requests):
-        for key, life in lives.items():
-            measured[key] = np.vstack([measured[key], life.measure()])
-    lines = ["| room | robot | exploring, CPU-s | going home and docking, CPU-s | homecomings a CPU-minute | "
+        for key, trial in trials.items():
+            measured[key] = np.vstack([measured[key], trial.measure()])
+    lines = ["| room | robot | exploring, CPU-s | return to dock, CPU-s | returns a CPU-minute | "
              "seconds that passed for the robot, a CPU-second |", "|---|---|---|---|---|---|"]
     for (room, robot), rows in measured.items():
         explore, home, passed = rows.mean(axis=0)
-        lived = lives[room, robot].settings
+        used = trials[room, robot].settings
         lines.append(f"| {room} | {robot} | {explore:.3f} | {home:.3f} ± {rows[:, 1].std(ddof=1):.3f} | "
                      f"{60 / (explore + home):.0f} | "
-                     f"{(lived.loop.steps * lived.robot.step + passed) / (explore + home):.0f} |")
-    text = (f"{machine()}, {date.today()}; means over {chosen.requests} homecomings each (± sd), "
+                     f"{(used.loop.steps * used.robot.step + passed) / (explore + home):.0f} |")
+    text = (f"{machine()}, {date.today()}; means over {chosen.requests} returns each (± sd), "
             f"each after 500 steps of `bounce`.\n\n" + "\n".join(lines))
     print(text)
     if chosen.write:

@@ -6,7 +6,7 @@
 
 Every contender is a process of its own and stays alive; in each repeat every one updates and acts in its turn, on
 one thread, so that a machine that is shared slows all alike. A peer that is not installed is left out, and named.
-Each lives in a virtual environment of its own:
+Each has a virtual environment of its own:
 
     python3.11 -m venv .venv/peers/sheeprl
     .venv/peers/sheeprl/bin/pip install -c constraints.txt torch==2.13.0 hydra-core gymnasium rich \\

@@ -1,4 +1,4 @@
-"""One learner in a process of its own: it updates or acts when it is told to, and says what that took.
+"""One learner in a process of its own: it updates or acts on request, and reports the cost.
 
     python benchmarks/learner_peers.py NAME JOB
 

@@ -1,10 +1,10 @@
-"""A life of 600 k random steps in the lab: does memory stay flat, the disk as predicted, the speed what it was?
+"""A run of 600 k random steps in the lab: does memory stay flat, the disk as predicted, the speed what it was?
 
     python benchmarks/long_run.py [--steps 600000] [--probe 100] OUT
 
-Lives `probe` episodes of another seed first and predicts from them what the whole life will take on the disk, with
+Runs `probe` episodes of another seed first and predicts from them the disk space of the whole run, with
 two standard errors: episodes differ by a fifth in size, as pictures of a wall pack better than those of an aisle, so
-that six of them would say it to within 18 %. Then lives it, reads the process's memory from /proc after every
+that six of them would predict it to within 18 %. Then runs it, reads the process's memory from /proc after every
 episode, and prints both beside what came.
 """
 
@@ -30,14 +30,14 @@ def main() -> None:
     asked.add_argument("out", type=Path)
     options = asked.parse_args()
     episodes = options.steps // STEPS
-    live(options.out / "probe", options.probe, seed=1)
+    explore(options.out / "probe", options.probe, seed=1)
     predicted, tolerance = predict(options.out / "probe", episodes)
     print(f"predicted for {episodes} episodes: {predicted / 1e9:.3f} GB, to within {tolerance:.1%}", flush=True)
-    memory = live(options.out / "run", episodes, seed=0)
+    memory = explore(options.out / "run", episodes, seed=0)
     report(options.out / "run", memory, predicted)
 
 
-def live(run: Path, episodes: int, seed: int) -> list[float]:
+def explore(run: Path, episodes: int, seed: int) -> list[float]:
     """MB of memory after each episode, the last reading before the next one ends."""
     process = subprocess.Popen(
         [sys.executable, "-m", "curionav_cli", "explore", *WORDS, f"seed={seed}", f"loop.episodes={episodes}",

@@ -1,4 +1,4 @@
-"""How often must a frame be read before surprise tells new places from known ones?
+"""How often must a frame be read before surprise separates new views from known ones?
 
     .venv/bin/python benchmarks/reads.py RUN...      # runs of lbs_dreamer; one and a half CPU-minutes each
 

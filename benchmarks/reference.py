@@ -1,4 +1,4 @@
-"""The curves that every learner must beat: agents that do not learn, in every environment.
+"""The curves that every learner must beat: baselines that do not learn, in every environment.
 
     python benchmarks/reference.py            # 100 k steps, five seeds: minutes on one core
     python benchmarks/reference.py --steps 10000 --seeds 2 --out /tmp/reference
@@ -37,14 +37,14 @@ NOTHING = np.zeros((1, 1, 3), np.uint8)
 
 
 class Undrawn(NavigationEnv):
-    """The world in the dark: every motion, no picture."""
+    """An environment that moves the robot and renders nothing."""
 
     def _observe(self) -> dict[str, np.ndarray]:
         return {"image": NOTHING, "depth": NOTHING}
 
 
-class Nobody:
-    """A watcher that does not look."""
+class NoCallbacks:
+    """Callbacks that do nothing."""
 
     def acted(self, step: int) -> None:
         """One more step."""
@@ -58,31 +58,31 @@ AGENTS: dict[str, Callable[[int, Scene], Agent]] = {  # as conf/agent sets them
 }
 
 
-def live(env: str, name: str, seed: int, steps: int) -> tuple[Curve, bool]:
-    """One life in episodes of 500 steps, each from the start; and whether any dice were thrown in it."""
+def explore(env: str, name: str, seed: int, steps: int) -> tuple[Curve, bool]:
+    """Explore in episodes of 500 steps, each from the start: the curve, and whether anything was drawn at random."""
     world = Scene.from_dict(*plain(env))
-    agent, alive, coverage = AGENTS[name](seed, world), Undrawn(world), Coverage(world.plan)
+    agent, world_env, coverage = AGENTS[name](seed, world), Undrawn(world), Coverage(world.plan)
     before = agent.rng.bit_generator.state
-    observation, info = alive.reset(seed=seed)
+    observation, info = world_env.reset(seed=seed)
     for _ in range(steps // EPISODE):
-        coverage.add(run_episode(alive, agent, observation, info, EPISODE, Nobody()).pose)  # type: ignore[arg-type]
-        observation, info = alive.reset()
+        coverage.add(run_episode(world_env, agent, observation, info, EPISODE, NoCallbacks()).pose)  # type: ignore[arg-type]
+        observation, info = world_env.reset()
     return coverage.curve(), world.changing or agent.rng.bit_generator.state != before
 
 
-def lives(env: str, seeds: int, steps: int, pool: ProcessPoolExecutor) -> dict[str, list[Curve]]:
-    """Every agent's curves. One who throws no dice in a world that does not change lives once for all seeds."""
-    first = {name: pool.submit(live, env, name, 0, steps) for name in reversed(AGENTS)}
+def curves_of(env: str, seeds: int, steps: int, pool: ProcessPoolExecutor) -> dict[str, list[Curve]]:
+    """The curves of every agent. Without randomness, in a world that does not change, one run stands for all seeds."""
+    first = {name: pool.submit(explore, env, name, 0, steps) for name in reversed(AGENTS)}
     chance = {name: future.result()[1] for name, future in first.items()}
-    more = {name: [pool.submit(live, env, name, seed, steps) for seed in range(1, seeds)]
+    more = {name: [pool.submit(explore, env, name, seed, steps) for seed in range(1, seeds)]
             for name in reversed(AGENTS) if chance[name]}
     others = {name: more.get(name, [first[name]] * (seeds - 1)) for name in AGENTS}
     return {name: [future.result()[0] for future in (first[name], *others[name])] for name in AGENTS}
 
 
 def rows(env: str, curves: dict[str, list[Curve]]) -> Iterator[dict[str, Any]]:
-    for agent, lived in curves.items():
-        for seed, curve in enumerate(lived):
+    for agent, found in curves.items():
+        for seed, curve in enumerate(found):
             shares = {f"coverage_at_{int(part * curve.steps)}": int(curve.at(int(part * curve.steps))) / curve.total
                       for part in AT}
             yield {"env": env, "agent": agent, "seed": seed, "steps": curve.steps, "cells": curve.total, **shares,
@@ -94,14 +94,14 @@ def picture(env: str, curves: dict[str, list[Curve]]) -> Figure:
     """Every seed as a line, on a logarithmic axis of steps."""
     figure = Figure((6.4, 3.8), layout="constrained")
     axes = figure.add_subplot()
-    for name, lives in curves.items():
+    for name, runs in curves.items():
         colour, dashes, _ = plots.STYLES[name]
-        for number, life in enumerate(lives):
-            steps = np.unique(np.geomspace(100, life.steps, 300).astype(int))
-            axes.plot(steps, 100 * life.at(steps) / life.total, color=colour, linestyle=dashes, linewidth=1.1,
+        for number, curve in enumerate(runs):
+            steps = np.unique(np.geomspace(100, curve.steps, 300).astype(int))
+            axes.plot(steps, 100 * curve.at(steps) / curve.total, color=colour, linestyle=dashes, linewidth=1.1,
                       label=None if number else name)
     axes.set(xscale="log", xlabel="steps", ylabel="share of visitable cells (%, landing)", ylim=(0, 102),
-             title=f"{env}: {lives[0].total} visitable cells, {len(lives)} seeds")
+             title=f"{env}: {runs[0].total} visitable cells, {len(runs)} seeds")
     figure.legend(loc="outside lower center", ncols=4)
     return figure
 
@@ -130,7 +130,7 @@ def main() -> None:
     table: list[dict[str, Any]] = []
     with ProcessPoolExecutor() as pool:
         for env in ENVIRONMENTS:
-            curves = lives(env, options.seeds, options.steps, pool)
+            curves = curves_of(env, options.seeds, options.steps, pool)
             table += rows(env, curves)
             plots.save(picture(env, curves), options.out / f"coverage_{env}.png")
             print(markdown([row for row in table if row["env"] == env]), flush=True)
@@ -142,8 +142,8 @@ def main() -> None:
         "# The reference that every learner must beat\n\n"
         f"Written by `benchmarks/reference.py`: {options.steps} steps in episodes of {EPISODE} from one start, "
         f"{options.seeds} seeds. Mean ± standard deviation of the coverage (share of visitable cells, marked by "
-        "landing) and of the area under its curve. `frontier` is an oracle that is told the map; in a world that "
-        "does not change it throws no dice until it has been everywhere, so that its seeds are one life.\n\n"
+        "landing) and of the area under its curve. `frontier` is an oracle with map access; in a world that "
+        "does not change it draws nothing at random until it has been everywhere, so that its seeds agree.\n\n"
         + markdown(table) + "\n\n" + "\n".join(f"![{env}](coverage_{env}.png)" for env in ENVIRONMENTS) + "\n")
 
 

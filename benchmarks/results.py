@@ -3,7 +3,7 @@
     .venv/bin/python benchmarks/results.py            two CPU-minutes, 0.3 GB in a folder of its own
     .venv/bin/python benchmarks/results.py --write    also puts the table into benchmarks/RESULTS.md
 
-Runs are made of a few episodes that were lived (agent=bounce in an apartment, pictures and all) and are linked under as
+Runs are made of a few recorded episodes (agent=bounce in an apartment, pictures and all) and are linked under as
 many names as a long run has episodes, so that the disk's cache holds them: the reading of a cold disk comes on top.
 """
 
@@ -29,12 +29,12 @@ from curionav_cli.results import plots
 from curionav_cli.results.runs import Run
 from curionav_cli.storage.run_folder import RunFolder
 
-STEPS, LIVED, ARMS = 500, 40, ("random", "sticky", "bounce", "frontier")
+STEPS, STORED, ARMS = 500, 40, ("random", "sticky", "bounce", "frontier")
 
 
-def live(folder: Path) -> Path:
-    """A run of LIVED episodes, by the command that anybody uses."""
-    command("explore", "env=apartment_0", "agent=bounce", "env.engine=numba", f"loop.episodes={LIVED}",
+def explored(folder: Path) -> Path:
+    """Record a run of STORED episodes by `curionav explore`."""
+    command("explore", "env=apartment_0", "agent=bounce", "env.engine=numba", f"loop.episodes={STORED}",
             f"hydra.run.dir={folder}")
     return folder
 
@@ -48,21 +48,22 @@ def command(*words: str) -> tuple[float, float]:
     return after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime, time.perf_counter() - began
 
 
-def longer(lived: Path, folder: Path, episodes: int, agent: str, seed: int) -> Path:
-    """The run as if it had lived so many episodes, of this agent and seed."""
-    shutil.copytree(lived, folder, ignore=shutil.ignore_patterns("episodes", "figures", "checkpoint*"))
+def longer(source: Path, folder: Path, episodes: int, agent: str, seed: int) -> Path:
+    """Make a run of so many episodes, agent and seed, from links to those of `source`."""
+    shutil.copytree(source, folder, ignore=shutil.ignore_patterns("episodes", "figures", "checkpoint*"))
     (folder / "episodes").mkdir()
     for episode in range(episodes):
-        os.link(lived / f"episodes/{episode % LIVED:06d}.npz", folder / f"episodes/{episode:06d}.npz")
-    rows = RunFolder(lived).metrics()
+        os.link(source / f"episodes/{episode % STORED:06d}.npz", folder / f"episodes/{episode:06d}.npz")
+    rows = RunFolder(source).metrics()
     RunFolder(folder).write_metrics([
-        {**rows[episode % LIVED], "episode": episode, "steps": (episode + 1) * STEPS,
-         **({"found": [], "visited": rows[-1]["visited"]} if episode >= LIVED else {})} for episode in range(episodes)])
-    write_json(folder / "status.json", {**read_json(lived / "status.json"), "episode": episodes,
+        {**rows[episode % STORED], "episode": episode, "steps": (episode + 1) * STEPS,
+         **({"found": [], "visited": rows[-1]["visited"]} if episode >= STORED else {})}
+        for episode in range(episodes)])
+    write_json(folder / "status.json", {**read_json(source / "status.json"), "episode": episodes,
                                         "steps": episodes * STEPS})
-    fixed = read_json(lived / "fixed.json")
+    fixed = read_json(source / "fixed.json")
     write_json(folder / "fixed.json", {**fixed, "seed": seed, "agent": {**fixed["agent"], "name": agent}})
-    config = (lived / "config.yaml").read_text()
+    config = (source / "config.yaml").read_text()
     (folder / "config.yaml").write_text(config.replace("name: bounce", f"name: {agent}").replace(
         f"seed: {fixed['seed']}\n", f"seed: {seed}\n"))
     return folder
@@ -91,10 +92,10 @@ def main() -> None:
     chosen = parser.parse_args()
     with tempfile.TemporaryDirectory(dir=Path.cwd()) as name:
         root = Path(name)
-        lived = live(root / "lived")
-        one = longer(lived, root / "long", chosen.poses // STEPS, "bounce", 0)
+        source = explored(root / "source")
+        one = longer(source, root / "long", chosen.poses // STEPS, "bounce", 0)
         for run in range(chosen.runs):
-            longer(lived, root / f"sweep/{run}_run", chosen.steps // STEPS, ARMS[run % len(ARMS)], run // len(ARMS))
+            longer(source, root / f"sweep/{run}_run", chosen.steps // STEPS, ARMS[run % len(ARMS)], run // len(ARMS))
         pairs = [(heatmap(one), command("compare", str(root / "sweep"), f"out={root / 'compare'}"))
                  for _ in range(chosen.repeats)]
     peak = resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss / 1e6

@@ -32,10 +32,10 @@ COMMANDS = {
 def main() -> None:
     asked = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     asked.add_argument("--repeats", type=int, default=5)
-    repeats, dice = asked.parse_args().repeats, random.Random(0)
+    repeats, rng = asked.parse_args().repeats, random.Random(0)
     print("| what | n | median, s | longest, s |\n|---|---|---|---|")
     for name, words in COMMANDS.items():
-        took = sorted(stopped(words, dice.uniform(0, 10)) for _ in range(repeats))
+        took = sorted(stopped(words, rng.uniform(0, 10)) for _ in range(repeats))
         print(f"| {name} | {repeats} | {took[repeats // 2]:.2f} | {took[-1]:.2f} |", flush=True)
 
 

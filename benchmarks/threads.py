@@ -24,13 +24,13 @@ SWEEP = ("explore", "-m", "env=small_room", "agent=lbs_dreamer", "scale=cpu", "s
 def main() -> None:
     asked = argparse.ArgumentParser(description=__doc__)
     asked.add_argument("--repeats", type=int, default=3)
-    told: dict[int, list[tuple[float, float]]] = {1: [], 2: []}
+    measured: dict[int, list[tuple[float, float]]] = {1: [], 2: []}
     for _ in range(asked.parse_args().repeats):
-        for threads, rows in told.items():
+        for threads, rows in measured.items():
             rows.append(swept(threads))
             print(f"{threads} threads: {rows[-1][0]:.1f} CPU-seconds, {rows[-1][1]:.1f} s", flush=True)
     for name, column in (("CPU-seconds", 0), ("seconds on the wall", 1)):
-        ratios = [two[column] / one[column] for one, two in zip(told[1], told[2], strict=True)]
+        ratios = [two[column] / one[column] for one, two in zip(measured[1], measured[2], strict=True)]
         print(f"{name}, two threads over one: median {statistics.median(ratios):.2f}, "
               f"{min(ratios):.2f} to {max(ratios):.2f}, n = {len(ratios)}")
 

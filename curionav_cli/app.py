@@ -16,12 +16,11 @@ import typer
 
 from curionav_cli import __version__
 from curionav_cli.commands import options as opt
-from curionav_cli.commands.settings_help import Commands, SettingsCommand
+from curionav_cli.commands.settings_help import SettingsCommand
 from curionav_cli.errors import RunFailed, Terminated, Unread, UserError
 
 app = typer.Typer(
     name="curionav",
-    cls=Commands,
     help="A robot learns to navigate from scratch with a world model and curiosity.",
     context_settings=opt.HELP,
     no_args_is_help=True,
@@ -158,6 +157,10 @@ def main(arguments: list[str] | None = None) -> Any:
     try:
         try:
             app(arguments)
+        except SystemExit as end:
+            if isinstance(end.__context__, BrokenPipeError):  # rich and click end with 1
+                raise end.__context__ from None
+            raise
         finally:
             sys.stdout.flush()  # here, where a closed pipe is still caught
     except (Unread, BrokenPipeError):

@@ -11,9 +11,9 @@ from curionav_cli.config.schema import Config
 from curionav_cli.loop import Callbacks, NoLearning, run_episodes
 from curionav_cli.results import docking_diagram, plots
 from curionav_cli.results.docking_diagram import Moves
-from curionav_cli.robot.docking.action import Feedback, Goal, GoalState, Phase
-from curionav_cli.robot.docking.recoveries import steps
-from curionav_cli.robot.docking.server import Docking
+from curionav_cli.robot.docking.action import NOT_IN_NAV2, Code, Feedback, Goal, GoalState, Phase
+from curionav_cli.robot.docking.recoveries import attempts
+from curionav_cli.robot.docking.server import DockingServer
 
 REQUESTS, STEPS = 30, 100  # returns to dock in each room, actions before each
 ROOMS = ("small_room", "large_lab")
@@ -21,9 +21,9 @@ NAME = "docking_diagram.png"
 
 
 class Watched:
-    """A docking server (client.Server) whose phases are counted as they change."""
+    """A docking server (client.ActionServer) whose phases are counted as they change."""
 
-    def __init__(self, server: Docking, moves: Moves):
+    def __init__(self, server: DockingServer, moves: Moves):
         self.server, self.moves, self.phase = server, moves, Phase.idle
         self.code, self.text = server.code, server.text
 
@@ -39,7 +39,7 @@ class Watched:
         feedback = self.server.tick()
         self.code, self.text = self.server.code, self.server.text
         if feedback.phase is not self.phase:
-            self.moves[self.phase, feedback.phase] += 1
+            self.moves[self.phase.value, feedback.phase.value] += 1
             self.phase = feedback.phase
         return feedback
 
@@ -57,9 +57,10 @@ def watched(settings: Config, requests: int) -> Moves:
 def draw(rooms: Sequence[Config], folder: Path, requests: int = REQUESTS) -> str:
     """Draw one diagram over these rooms; returns its name in the folder."""
     moves: Moves = sum((watched(room, requests) for room in rooms), Counter())
-    names = dict.fromkeys(name for name, _ in steps(rooms[0].robot.docking))
+    names = dict.fromkeys(name for name, _ in attempts(rooms[0].robot.docking))
     recoveries = [name for name in names if name != "staging"]
     where = " and ".join(room.env.name for room in rooms)
     title = f"Auto docking: {requests * len(rooms)} returns to dock in {where}, {STEPS} actions after each start"
-    plots.save(docking_diagram.diagram(moves, recoveries, title), folder / NAME)
+    final = [code.name for code in Code if code.number == NOT_IN_NAV2]
+    plots.save(docking_diagram.diagram(moves, recoveries, final, title), folder / NAME)
     return NAME

@@ -9,9 +9,7 @@ from typing import Any
 from rich.console import Console
 from rich.panel import Panel
 from rich.table import Table
-from typer.core import TyperCommand, TyperGroup
-
-from curionav_cli.errors import Unread
+from typer.core import TyperCommand
 
 SETTINGS = "curionav.settings"  # the settings typed beside --help
 
@@ -33,16 +31,6 @@ class Kind(StrEnum):
     tree = "defaults-tree"
     plugins = "plugins"
     searchpath = "searchpath"
-
-
-class Commands(TyperGroup):
-    """The group of all commands. Raises Unread for a closed pipe, which Typer would end as a failed run."""
-
-    def invoke(self, ctx: Any) -> Any:
-        try:
-            return super().invoke(ctx)
-        except BrokenPipeError:
-            raise Unread from None
 
 
 class SettingsCommand(TyperCommand):

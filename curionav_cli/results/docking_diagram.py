@@ -1,6 +1,6 @@
-"""The paper's docking diagram: client, server, its phases and recoveries, and how often each transition was taken.
+"""The paper's docking diagram: client, server, its phases and recoveries, and how often returns to dock went each way.
 
-Boxes are the members of Phase, arrows the transitions that the server's feedback reported: nothing else is drawn.
+Boxes are the phases of the docking server, arrows the changes of phase in its feedback, with their counts.
 """
 
 from __future__ import annotations
@@ -13,39 +13,37 @@ from matplotlib.figure import Figure
 from matplotlib.patches import FancyBboxPatch
 
 from curionav_cli.results.lettering import wrapped
-from curionav_cli.robot.docking.action import RECOVERABLE, Code, Phase
 
-PLACES: Mapping[Phase, tuple[float, float]] = {  # in boxes, to the right and up
-    Phase.idle: (0, 1), Phase.staging: (1, 1), Phase.acquire: (2, 1), Phase.approach: (3, 1), Phase.contact: (4, 1),
-    Phase.charge: (5, 1), Phase.docked: (6, 1), Phase.recover: (2.5, 0), Phase.failed: (5, 0),
+PLACES: Mapping[str, tuple[float, float]] = {  # of each phase, in boxes to the right and up
+    "idle": (0, 1), "nav_to_staging": (1, 1), "acquire": (2, 1), "approach": (3, 1), "contact": (4, 1),
+    "wait_for_charge": (5, 1), "docked": (6, 1), "recover": (2.5, 0), "human_intervention": (5, 0),
 }
 WIDE, HIGH = 1.75, 1.5  # inches from box to box
-FILLS = {Phase.docked: "#dcfce7", Phase.failed: "#fee2e2", Phase.recover: "#fef3c7"}
+FILLS = {"docked": "#dcfce7", "human_intervention": "#fee2e2", "recover": "#fef3c7"}
 INK, PALE = "#111827", "#4b5563"
-Moves = Counter[tuple[Phase, Phase]]
+Moves = Counter[tuple[str, str]]  # phases, by name
 
 
-def diagram(moves: Moves, recoveries: Sequence[str], title: str) -> Figure:
-    """Draw phases, transitions and recoveries.
+def diagram(moves: Moves, recoveries: Sequence[str], final: Sequence[str], title: str) -> Figure:
+    """Draw the phases and how often one followed another.
 
-    moves: how often one phase followed another; recoveries: their names, in the order in which they are tried.
+    recoveries: their names, in the order in which they are tried; final: codes after which none is tried.
     """
     figure = Figure((7 * WIDE + 0.3, 3.4 * HIGH), layout="constrained")
     axes = figure.add_subplot()
-    boxes = {phase: box(axes, x, y, phase.value.replace("_", "\n", 1), FILLS.get(phase, "#e0f2fe"))
+    boxes = {phase: box(axes, x, y, phase.replace("_", "\n", 1), FILLS.get(phase, "#e0f2fe"))
              for phase, (x, y) in PLACES.items()}
     client = box(axes, 0, 2, "docking client", "#ffffff")
-    arrow(axes, client, boxes[Phase.idle], "goal: dock, navigate", 0.0)
-    arrow(axes, boxes[Phase.docked], client, "result: docked", 0.2)
-    for (before, after), count in sorted(moves.items(), key=lambda item: item[0][0].value + item[0][1].value):
+    arrow(axes, client, boxes["idle"], "goal: dock, navigate", 0.0)
+    arrow(axes, boxes["docked"], client, "result: docked", 0.2)
+    for (before, after), count in sorted(moves.items(), key=lambda item: item[0][0] + item[0][1]):
         (x, y), (right, up) = PLACES[before], PLACES[after]
         bend = 0.25 if y != up else 0.0 if right - x == 1 or y == 0 else 0.45
         arrow(axes, boxes[before], boxes[after], f"{count:,}", bend)
     axes.text(2.5, -0.42, "in this order: " + ", ".join(recoveries), ha="center", va="top", fontsize=7, color=PALE,
               wrap=True)
-    final = ", ".join(code.name for code in Code if code not in RECOVERABLE and code is not Code.docked)
-    axes.text(5, -0.42, f"after the last recovery, or at once:\n{final}", ha="center", va="top", fontsize=7, color=PALE,
-              wrap=True)
+    axes.text(5, -0.42, f"after the last recovery, or at once:\n{', '.join(final)}", ha="center", va="top", fontsize=7,
+              color=PALE, wrap=True)
     axes.set(xlim=(-0.6, 6.6), ylim=(-0.8, 2.4), title=wrapped(title, 7 * WIDE))
     axes.set_axis_off()
     return figure

@@ -1,4 +1,4 @@
-"""What of a run can be read, and a line about each thing that is missing or broken."""
+"""The readable part of a run, and a line about each thing that is missing or broken."""
 
 from __future__ import annotations
 

@@ -1,1 +1,1 @@
-"""A robot that drifts: its true body, what it senses, what it believes, and how it goes home."""
+"""A simulated robot with odometry drift: true state, measurements, estimate, navigation, docking."""

@@ -14,15 +14,18 @@ class Battery:
 
     @property
     def empty(self) -> bool:
+        """True when nothing is left."""
         return self.left <= 0.0
 
     @property
     def low(self) -> bool:
-        """Is no more left than what is kept to go home with?"""
+        """True when no more is left than the reserve for the return to dock."""
         return self.left <= self.reserve + 1e-6
 
     def drain(self, seconds: float) -> None:
+        """Take `seconds` of driving."""
         self.left = max(0.0, self.left - seconds)
 
     def charge(self) -> None:
+        """Fill up."""
         self.left = self.capacity

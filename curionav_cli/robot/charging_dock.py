@@ -1,4 +1,4 @@
-"""The charging station: where it truly stands, when the robot touches it, and when current flows.
+"""The charging dock: its true pose, contact with the robot, and when current flows.
 
 The docked robot's centre is at the scene's `dock`; the station lies behind that, and `yaw` points from it into the
 room. In the dock's frame x leads away from the station along its axis and the docked robot stands at the origin with
@@ -18,7 +18,7 @@ TOUCH = 3e-3  # metres; a body that is stopped by something stands a little befo
 
 
 class ChargingDock:
-    """radius: of the robot, metres."""
+    """A dock at a true pose. radius: of the robot, metres; contact: tolerances of the charging contacts."""
 
     def __init__(self, dock: Pose, radius: float, contact: Contact):
         self.dock, self.radius, self.contact = dock, radius, contact
@@ -26,7 +26,7 @@ class ChargingDock:
 
     @property
     def outline(self) -> tuple[tuple[float, float], tuple[float, float]]:
-        """The station's body in the scene: low and high corner of the rectangle that holds it."""
+        """The station's bounding rectangle in the scene: low and high corner, metres."""
         cosine, sine = math.cos(self.dock.yaw), math.sin(self.dock.yaw)
         corners = [(self.dock.x + cosine * x - sine * y, self.dock.y + sine * x + cosine * y)
                    for x in (-self.radius - DEPTH, -self.radius) for y in (-HALF_WIDTH, HALF_WIDTH)]
@@ -35,14 +35,14 @@ class ChargingDock:
 
     def relative(self, pose: Pose) -> Pose:
         """A pose in the dock's frame; its yaw is 0 for a robot that faces the station."""
-        return seen_from(self.dock, pose)
+        return in_dock_frame(self.dock, pose)
 
     def touched(self, pose: Pose) -> bool:
-        """Is the robot's disc against the station's body?"""
+        """True when the robot's disc touches the station."""
         return math.hypot(*self._nearest(pose)) <= self.radius + TOUCH
 
     def direction(self, pose: Pose) -> float:
-        """Where the nearest point of the station lies from a pose, radians in the scene's frame."""
+        """The direction from a pose to the nearest point of the station, radians in the scene's frame."""
         x, y = self._nearest(pose)
         return math.atan2(y, x) + self.dock.yaw
 
@@ -53,14 +53,14 @@ class ChargingDock:
         return min(max(x, front - DEPTH), front) - x, min(max(y, -HALF_WIDTH), HALF_WIDTH) - y
 
     def charging(self, pose: Pose) -> bool:
-        """Do the contacts meet? They do within a few centimetres and degrees."""
+        """True when the contacts meet, within the tolerances of `contact`."""
         x, y, yaw = self.relative(pose)
         return (self.touched(pose) and x > -0.05 and abs(y) <= self.contact.across
                 and abs(math.degrees(yaw)) <= self.contact.angle)
 
 
-def seen_from(dock: Pose, pose: Pose) -> Pose:
-    """A pose in the frame of a dock: x away from it, yaw 0 facing it."""
+def in_dock_frame(dock: Pose, pose: Pose) -> Pose:
+    """Transform a pose into the frame of a dock: x away from it, yaw 0 facing it."""
     dx, dy = pose.x - dock.x, pose.y - dock.y
     cosine, sine = math.cos(dock.yaw), math.sin(dock.yaw)
     return Pose(cosine * dx + sine * dy, cosine * dy - sine * dx, wrapped(pose.yaw - dock.yaw - math.pi))

@@ -1,7 +1,7 @@
-"""What stands around the true robot in one episode, as rectangles: what it touches and what its rays meet.
+"""The obstacles of one episode as rectangles: collisions of the true robot, and ranges of its sensors.
 
-Everything that reaches below the robot's height counts, whatever its own: LiDAR and depth camera see what is in
-the way. Of a ROS map also the cells that are no floor. Only the body and its sensors know this module.
+Everything that reaches below the robot's height is an obstacle, for LiDAR and depth camera too; so are the cells of a
+ROS map that are no floor. Only the simulated robot and its sensors import this module.
 """
 
 from __future__ import annotations
@@ -11,11 +11,11 @@ import math
 import numpy as np
 
 from curionav_cli.geometry import ray_ranges, rectangle_distance
-from curionav_cli.world.scene.rectangle_cover import mesh
+from curionav_cli.world.scene.rectangle_cover import cover
 from curionav_cli.world.scene.scene import Scene
 
 MARGIN = 1e-3  # metres; a body that meets something stops this much before it
-MOVED = 0.5  # metres; so far the list of what is near stays good
+MOVED = 0.5  # metres; a list of near rectangles is used until the point has moved so far
 
 
 Rectangle = tuple[tuple[float, float], tuple[float, float]]
@@ -26,7 +26,7 @@ class CollisionWorld:
 
     def __init__(self, scene: Scene, station: Rectangle | None = None):
         solid = scene.boxes.solid(scene.agent_height)
-        outside = mesh(~scene.plan.floor, longest=40) * scene.plan.cell
+        outside = cover(~scene.plan.floor, longest=40) * scene.plan.cell
         self.low = np.concatenate([scene.boxes.low[solid, :2], outside[:, 1::-1]])
         self.high = np.concatenate([scene.boxes.high[solid, :2], outside[:, :1:-1]])
         if station:
@@ -35,7 +35,7 @@ class CollisionWorld:
         self._room = (0.0, 0.0, 0.0)  # where clearance was last measured, and how much there was
 
     def near(self, x: float, y: float, reach: float) -> tuple[np.ndarray, np.ndarray]:
-        """Those rectangles that may be within `reach` metres of a point: low, high."""
+        """The rectangles that may be within `reach` metres of a point: low, high (k, 2)."""
         at_x, at_y, low, high = self._near.get(reach, (math.inf, math.inf, self.low, self.high))
         if math.hypot(x - at_x, y - at_y) > MOVED:
             close = rectangle_distance(x, y, self.low.T, self.high.T) <= reach + MOVED
@@ -44,12 +44,12 @@ class CollisionWorld:
         return low, high
 
     def clearance(self, x: float, y: float, reach: float = 1.0) -> float:
-        """Distance from a point to the nearest thing, or at least `reach` where nothing is nearer."""
+        """Metres from a point to the nearest obstacle, at most `reach`."""
         low, high = self.near(x, y, reach)
         return min(reach, float(rectangle_distance(x, y, low.T, high.T).min(initial=reach)))
 
     def has_room(self, x: float, y: float, distance: float) -> bool:
-        """Is nothing within `distance` of a point? Cheap where there is much room."""
+        """True when no obstacle is within `distance` metres of a point. Cheap in open space."""
         at_x, at_y, room = self._room
         if math.hypot(x - at_x, y - at_y) + distance < room:
             return True
@@ -57,7 +57,7 @@ class CollisionWorld:
         return distance < self._room[2]
 
     def travel(self, x: float, y: float, dx: float, dy: float, radius: float) -> float:
-        """How far a disc comes on the straight way (dx, dy) before it touches something, metres."""
+        """Metres that a disc can move along (dx, dy) before it touches an obstacle."""
         length = math.hypot(dx, dy)
         if length == 0.0 or self.has_room(x, y, length + radius):
             return length
@@ -71,7 +71,7 @@ class CollisionWorld:
         return length if reach >= length else max(0.0, reach - MARGIN)
 
     def touching(self, x: float, y: float, radius: float) -> float | None:
-        """Direction, in radians, of what a disc touches; None where it touches nothing."""
+        """The direction, in radians, of the obstacle that a disc touches, or None."""
         low, high = self.near(x, y, 1.0)
         nearest = np.clip((x, y), low, high) - (x, y)
         apart = np.hypot(nearest[:, 0], nearest[:, 1])
@@ -81,14 +81,14 @@ class CollisionWorld:
         return math.atan2(dy, dx)
 
     def ranges(self, x: float, y: float, cosine: np.ndarray, sine: np.ndarray, far: float) -> np.ndarray:
-        """How far rays (A,) run from a point, inf where they meet nothing within `far` metres."""
+        """Ranges (A,) of rays from a point, metres; inf where they meet nothing within `far` metres."""
         found = ray_ranges(x, y, cosine, sine, *self.near(x, y, far))
         found[found > far] = np.inf
         return found
 
 
 def disc_range(x: float, y: float, ux: float, uy: float, radius: float, low: np.ndarray, high: np.ndarray) -> float:
-    """How far a disc that touches nothing yet runs along (ux, uy) before it meets a rectangle; inf for never."""
+    """Metres that a disc, touching nothing yet, moves along the unit vector (ux, uy) to the first rectangle, or inf."""
     wide, tall = np.array([radius, 0.0]), np.array([0.0, radius])
     sides = ray_ranges(x, y, np.array([ux]), np.array([uy]), np.concatenate([low - wide, low - tall]),
                        np.concatenate([high + wide, high + tall]))

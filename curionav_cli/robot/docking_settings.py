@@ -1,4 +1,4 @@
-"""The settings of homecoming and docking; conf/robot/turtlebot2i.yaml says which are the maker's and which fitted."""
+"""Settings of the return to dock; conf/robot/turtlebot2i.yaml gives the source of each value."""
 
 from __future__ import annotations
 
@@ -9,11 +9,11 @@ from curionav_cli.bounds import bounded
 
 
 class Recovery(Enum):
-    """What is tried after a failed attempt, each followed by another attempt. Places are as believed.
+    """What is tried after a failed attempt, each followed by another one. Places are relative to the estimated dock.
 
-    rescan: from where it stands. back_off, back_off_far: from 0.5 or 1 m farther out. sidestep_left, sidestep_right:
-    from 0.5 m to the dock's left or right. restage: from the staging pose again.
-    search: from places in an arc, until infrared light is seen.
+    rescan: from where the robot stands. back_off, back_off_far: from 0.5 or 1 m farther out. sidestep_left,
+    sidestep_right: from 0.5 m to the dock's left or right. restage: from the staging pose again. search: from places in
+    an arc, until infrared light is seen.
     """
 
     rescan = "rescan"
@@ -27,7 +27,7 @@ class Recovery(Enum):
 
 @dataclass(frozen=True)
 class InfraredLight:
-    """The dock's sectors and the robot's receivers. range, near: metres, how far the light reaches and where near ends.
+    """The dock's sectors and the robot's receivers. range, near: metres, of the whole light and of the near sectors.
 
     Half angles in degrees. cone: of all sectors together; centre_sector: of the middle one, which reaches `overlap`
     into its neighbours; centre_width, side_width: of a receiver's field; side_axis: where the side receivers look.
@@ -82,10 +82,10 @@ class Approach:
 
 @dataclass(frozen=True)
 class Docking:
-    """staging: metres before the dock where an attempt begins. The others are limits, in seconds, but for bumps.
+    """Where attempts begin (staging: metres before the dock), and limits: seconds, but for the number of bumps.
 
     acquire: without any light since an attempt began; attempt: from there to contact; charge: how long current must
-    flow; action: the whole homecoming; patience: with a silent sensor, and of the client with a silent server.
+    flow; action: the whole return to dock; patience: with a silent sensor, and of the client with a silent server.
     """
 
     staging: float

@@ -1,4 +1,4 @@
-"""The robot around the world, through gymnasium: the same verbs, executed by a body that drifts."""
+"""The robot as a Gymnasium environment: the actions of NavigationEnv, executed with drift and a battery."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from curionav_cli.robot.return_to_dock import Link, ReturnToDock
 from curionav_cli.robot.robot_base import RobotBase
 from curionav_cli.robot.settings import Turtlebot
 from curionav_cli.robot.simulated_robot import SimulatedRobot
-from curionav_cli.world.env import NavigationEnv, Observation, told
+from curionav_cli.world.env import NavigationEnv, Observation, step_info
 from curionav_cli.world.resets import seed_of
 
 TURNS = {LEFT: TURN_ANGLE, RIGHT: -TURN_ANGLE}
@@ -31,9 +31,9 @@ TURNS = {LEFT: TURN_ANGLE, RIGHT: -TURN_ANGLE}
 class RobotEnv(gymnasium.Wrapper):
     """Actions and observations of NavigationEnv. Observations and info["pose"] are those of the true pose.
 
-    info also has estimate (3,), the pose that the robot believes, and after a reset dock, the report of the drive home
-    as a dict or None. A step is truncated when the battery is needed to go home. pictures=False: images and depths
-    are zeros, for those who do not look. link: what stands between the docking client and its server.
+    info also has estimate (3,), the estimated pose, and after a reset dock, the report of the return to dock as a dict
+    or None. A step is truncated when the battery is down to the reserve for the return. pictures=False: images and
+    depths are zeros, for agents that do not use them. link: wraps the docking server for its client.
     """
 
     env: NavigationEnv
@@ -47,79 +47,80 @@ class RobotEnv(gymnasium.Wrapper):
 
     def reset(self, *, seed: int | None = None,
               options: dict[str, Any] | None = None) -> tuple[Observation, dict[str, Any]]:
-        """With a seed a life begins at the dock, or goes on where `load` put it; without one: home, and the next."""
+        """reset(seed) starts a run at the dock, or continues the one of `load`; reset() returns to the dock and starts
+        the next episode."""
         seed = seed_of(seed)
-        begins = seed is not None or self.env.place.episode < 0
+        begins = seed is not None or self.env.counter.episode < 0
         if begins:
-            self._begin(seed or 0)
-        dock = self._home() if self._restored or not begins else None
+            self._start_run(seed or 0)
+        dock = self._return_to_dock() if self._restored or not begins else None
         self._restored = None
         _, info = self.env.reset(seed=seed, options=options)
         self._episode = int(info["episode_index"])
-        self.body.enter(self.env.now, self._placed())
-        self.localiser.depart(self.env.scene.plan.start)
+        self.body.place(self.env.now, self._start_pose())
+        self.localiser.leave_dock(self.env.scene.plan.start)
         self.body.battery.charge()
         self.map = Occupancy()
-        self.env.reward.begin(self.env.now.plan, *self.body.pose[:2])
+        self.env.reward.reset(self.env.now.plan, *self.body.pose[:2])
         return self._observe(), {**self._info(False), "dock": dock}
 
     def step(self, action: int) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
-        self.env.place.require()
+        self.env.counter.require()
         if action not in ACTIONS:
             raise ValueError(f"action {action!r} is none of 0 forward, 1 left, 2 right")
         seconds = self.profile.step
-        if action == FORWARD and self._blocked():
-            sensed, collided = self.body.drive(0.0, 0.0, seconds), True
+        if action == FORWARD and self._corridor_occupied():
+            reading, collided = self.body.drive(0.0, 0.0, seconds), True
         elif action == FORWARD:
-            sensed = self.body.drive(STEP_LENGTH, 0.0, seconds)
-            collided = sensed.bump is not None
+            reading = self.body.drive(STEP_LENGTH, 0.0, seconds)
+            collided = reading.bump is not None
         else:
-            sensed, collided = self.body.drive(0.0, TURNS[action], seconds), False
+            reading, collided = self.body.drive(0.0, TURNS[action], seconds), False
         scan = self.body.scan()
-        self.localiser.update(sensed, scan)
+        self.localiser.update(reading, scan)
         self.map.integrate_scan(self.localiser.pose, scan)
-        earned = self.env.reward.land(*self.body.pose[:2])
+        earned = self.env.reward.step(*self.body.pose[:2])
         return self._observe(), earned, False, self.body.battery.low, self._info(collided)
 
     def save(self, folder: Path) -> None:
-        """Write what `load` needs to go on after the episode that was just lived."""
+        """Write the state at the end of an episode, which `load` restores."""
         state = {"episode": self._episode, "body": self.body.save(), "localiser": self.localiser.save()}
         (folder / "robot.json").write_text(json.dumps(state))
-        write_arrays(folder / "robot_map.npz", self.map.save() | self.localiser.surfaces.save())
+        write_arrays(folder / "robot_map.npz", self.map.save() | self.localiser.ndt_map.save())
 
     def load(self, folder: Path) -> None:
-        """Stand at the end of the saved episode: the next reset(seed=...) goes home from there."""
+        """Restore the end of the saved episode: the next reset(seed=...) returns to the dock from there."""
         arrays = read_arrays(folder / "robot_map.npz", Occupancy.SAVED + NdtMap.SAVED)
         self._restored = {**read_json(folder / "robot.json"), "map": arrays}
 
-    def _begin(self, seed: int) -> None:
+    def _start_run(self, seed: int) -> None:
         start, self._seed = self.env.scene.plan.start, seed
         station = ChargingDock(self.env.scene.dock, self.env.scene.plan.radius, self.profile.docking.contact)
         self.body = SimulatedRobot(self.profile, np.random.default_rng([seed, Stream.robot]), station.outline)
         self.localiser = Localiser(self.profile, start)
         if self._restored:
             self.body.load(self._restored["body"])
-            self.body.around(self.env.scene.at(self._restored["episode"], seed)[0])
+            self.body.set_scene(self.env.scene.at(self._restored["episode"], seed)[0])
             self.localiser.load(self._restored["localiser"], self._restored["map"])
             self.map, self._episode = Occupancy.of(self._restored["map"]), self._restored["episode"]
 
-    def _placed(self) -> Pose:
-        """Where it truly stands when an episode begins: at the start, but for what contacts and undocking leave."""
+    def _start_pose(self) -> Pose:
+        """The true pose at which an episode begins: the start, with the error that contacts and undocking leave."""
         start, dock = self.env.scene.plan.start, self.profile.filter
         x, y, yaw = np.random.default_rng([self._seed, Stream.start, self._episode]).standard_normal(3).tolist()
         return Pose(start.x + dock.dock_position * x, start.y + dock.dock_position * y,
                     start.yaw + math.radians(dock.dock_yaw) * yaw)
 
-    def _home(self) -> dict[str, Any] | None:
-        """Drive home and dock, in the world of the episode that ends."""
+    def _return_to_dock(self) -> dict[str, Any] | None:
+        """Return to the dock, in the scene of the episode that ends; the report as a dict."""
         scene = self.env.scene
         light = np.random.default_rng([self._seed, Stream.dock, self._episode])
         base = RobotBase(self.body, scene.dock, scene.plan.radius, self.profile, light)
         return asdict(ReturnToDock(base, self.localiser, self.map, self.profile, scene.dock, self.link).run())
 
-    def _blocked(self) -> bool:
-        """Does the depth camera show something in the way of a forward move? What is too near it does not show."""
-        if self.body.surroundings.has_room(*self.body.pose[:2], STEP_LENGTH + 2 * self.env.scene.plan.radius):
+    def _corridor_occupied(self) -> bool:
+        """True when depth shows an obstacle in the corridor of a forward move; nearer than `blind` it shows none."""
+        if self.body.collision_world.has_room(*self.body.pose[:2], STEP_LENGTH + 2 * self.env.scene.plan.radius):
             return False
         scan = self.body.depth()
         ahead, aside = scan.range * np.cos(scan.bearing), np.abs(scan.range * np.sin(scan.bearing))
@@ -130,11 +131,11 @@ class RobotEnv(gymnasium.Wrapper):
     def _observe(self) -> Observation:
         if not self.pictures:
             return BLANK
-        seen = self.env.look(*self.body.pose)
-        return {"image": seen["image"][0], "depth": seen["depth"][0]}
+        views = self.env.look(*self.body.pose)
+        return {"image": views["image"][0], "depth": views["depth"][0]}
 
     def _info(self, collided: bool) -> dict[str, Any]:
-        return told(self.body.pose, collided, self._episode) | {"estimate": np.array(self.localiser.pose)}
+        return step_info(self.body.pose, collided, self._episode) | {"estimate": np.array(self.localiser.pose)}
 
 
 BLANK: Observation = {"image": np.zeros(IMAGE_SHAPE, np.uint8), "depth": np.zeros(IMAGE_SHAPE[:2], np.float32)}

@@ -17,17 +17,15 @@ from curionav_cli.geometry import wrapped
 from curionav_cli.records import Pose
 from curionav_cli.robot.charging_dock import ChargingDock
 from curionav_cli.robot.docking_settings import InfraredLight
+from curionav_cli.robot.measurements import CENTRE, LEFT, NEAR, RIGHT, Signals
 
-NEAR_LEFT, NEAR_CENTRE, NEAR_RIGHT, FAR_CENTRE, FAR_LEFT, FAR_RIGHT = 1, 2, 4, 8, 16, 32
-LEFT, CENTRE, RIGHT, NEAR = NEAR_LEFT | FAR_LEFT, NEAR_CENTRE | FAR_CENTRE, NEAR_RIGHT | FAR_RIGHT, 7
 FILTER = 4  # frames at 10 Hz: the 0.4 s over which the drive collects its signals
 
-Signals = tuple[int, int, int]  # bits of the right, the centre and the left receiver
 Sight = Callable[[float, float, float, float], bool]  # is the straight line between two points free?
 
 
 class Infrared:
-    """light: widths and ranges of sectors and receivers; sight: whether the scene blocks the light."""
+    """The simulated receivers. light: widths and ranges of sectors and receivers; sight: is a line of sight free?"""
 
     def __init__(self, light: InfraredLight, station: ChargingDock, generator: np.random.Generator, sight: Sight):
         self.light, self.station, self.generator, self.sight = light, station, generator, sight
@@ -35,8 +33,8 @@ class Infrared:
         self._fields = tuple((math.radians(axis), math.radians(half)) for axis, half in (
             (-light.side_axis, light.side_width), (0.0, light.centre_width), (light.side_axis, light.side_width)))
 
-    def see(self, pose: Pose) -> Signals:
-        """One more frame at this true pose; the signals of the last FILTER frames together."""
+    def receive(self, pose: Pose) -> Signals:
+        """Add the frame at this true pose; returns the signals of the last FILTER frames together."""
         self._recent.append(self.frame(pose))
         right = centre = left = 0
         for frame in self._recent:
@@ -44,7 +42,7 @@ class Infrared:
         return right, centre, left
 
     def frame(self, pose: Pose) -> Signals:
-        """What the receivers see just now."""
+        """The signals of a single frame at this true pose."""
         dock = self.station.emitter
         towards = math.atan2(dock.y - pose.y, dock.x - pose.x)
         bits = sectors(self.light, math.hypot(dock.x - pose.x, dock.y - pose.y), wrapped(towards + math.pi - dock.yaw))

@@ -1,5 +1,7 @@
-"""Where the robot believes that it is, from what it sensed. Its frame is the scene's, since the one thing that it
-is told is where its dock stands there."""
+"""The estimated pose: an EKF fed with odometry, gyro, scans and the dock.
+
+Its frame is the scene's, because the pose of the dock is given in it.
+"""
 
 from __future__ import annotations
 
@@ -9,96 +11,105 @@ from typing import Any
 import numpy as np
 
 from curionav_cli.records import Pose
-from curionav_cli.robot.ekf import BIAS, GYRO_SCALE, SCALE, STATES, Ekf, motion_since
-from curionav_cli.robot.measurements import Scan, Sensed
+from curionav_cli.robot.ekf import BIAS, GYRO_SCALE, SCALE, STATES, Ekf, relative_motion
+from curionav_cli.robot.measurements import Reading, Scan
 from curionav_cli.robot.ndt_matcher import NdtMap
 from curionav_cli.robot.settings import Localisation, Turtlebot
 
-SPEED, RATE = 0.42, 0.3  # m/s and rad/s that a move may have had when a sensor was silent
-ANYWHERE = 10.0  # metres
-# Where matches are begun from by one that is unsure, and by one that is lost: metres ahead and aside, and radians.
-UNSURE, LOST = ((-0.2, -0.1, 0.0, 0.1, 0.2),), ((-0.4, -0.2, 0.0, 0.2, 0.4), (-0.3, 0.0, 0.3), (-0.2, 0.0, 0.2))
-BLURRED = 0.08  # metres; a scan is entered into the map where its pose is known better than that
-# Of the distance that the wheels rolled when the bumper got pressed, and when it already was: what was driven, and sd.
+SPEED, RATE = 0.42, 0.3  # m/s and rad/s: sd of a move over which a sensor was silent
+ANYWHERE = 10.0  # metres: sd of a position before the dock is used
+# Starts of scan matching with an uncertain pose, and when lost: metres ahead and aside, and radians.
+UNCERTAIN, LOST = ((-0.2, -0.1, 0.0, 0.1, 0.2),), ((-0.4, -0.2, 0.0, 0.2, 0.4), (-0.3, 0.0, 0.3), (-0.2, 0.0, 0.2))
+INSERT_SD = 0.08  # metres; a scan is inserted into the map only where the sd of its position is below
+# Driven share of the distance that the wheels rolled, and its sd: when the bumper gets pressed, when it already was.
 TOUCHED, PUSHED = (0.3, 0.35), (0.0, 0.1)
 
 
 class Localiser:
-    """pose: estimated. covariance (3, 3): of x, y, yaw. lost: it no longer trusts itself. slips: how often the scans
-    did not agree with the wheels. stale: measurements that came late or twice, and were not used."""
+    """The estimate of a pose and its covariance.
+
+    lost: too many scans in a row were rejected, and none was accepted since. slips: how often scans disagreed with the
+    wheels. stale: how many measurements came late or twice and were not used.
+    """
 
     def __init__(self, profile: Turtlebot, pose: Pose):
         self.profile = profile
         self.filter = Ekf(np.array([*pose, 0.0, 0.0, 0.0]), np.zeros((STATES, STATES)))
         self.lost, self.slips, self.stale = False, 0, 0
         self.time, self._scanned, self._bumped = -math.inf, -math.inf, False
-        self.depart(pose)
+        self.leave_dock(pose)
 
     @property
     def pose(self) -> Pose:
+        """The estimated pose: x, y in metres, yaw in radians."""
         return Pose(*self.filter.mean[:3].tolist())
 
     @property
     def covariance(self) -> np.ndarray:
+        """(3, 3) of x, y, yaw."""
         return self.filter.covariance[:3, :3]
 
-    def update(self, sensed: Sensed, scan: Scan | None = None) -> None:
-        """One more move, and what the LiDAR saw after it."""
-        if sensed.time <= self.time:
+    def update(self, reading: Reading, scan: Scan | None = None) -> None:
+        """Predict by one move, then update by the scan taken after it."""
+        if reading.time <= self.time:
             self.stale += 1
         else:
-            self.time = sensed.time
-            self._predict(sensed)
+            self.time = reading.time
+            self._predict(reading)
         if scan is not None and self.profile.localisation is not Localisation.none:
-            self._see(scan)
+            self._use_scan(scan)
 
-    def rest(self, sensed: Sensed) -> None:
-        """It stood still on its dock: what the gyro says is bias."""
-        self.time = max(self.time, sensed.time)
-        self.filter.update_rate(sensed.gyro / sensed.seconds, self._gyro_noise(sensed.seconds) / sensed.seconds**2)
+    def update_at_rest(self, reading: Reading) -> None:
+        """Update the gyro bias while the robot stands still (zero-rate update)."""
+        self.time = max(self.time, reading.time)
+        variance = self._gyro_noise(reading.seconds) / reading.seconds**2
+        self.filter.update_zero_rate(reading.gyro / reading.seconds, variance)
 
-    def fix(self, pose: Pose, sd_position: float, sd_yaw: float) -> None:
-        """It stands at a known pose, to so many metres and radians: the dock, which cannot be mistaken. Where the
-        filter did not think so, it learns that it was too sure."""
+    def update_dock_pose(self, pose: Pose, sd_position: float, sd_yaw: float) -> None:
+        """Update by the known pose of the dock, with sd in metres and radians.
+
+        It is never an outlier: the covariance is inflated until the gate accepts it.
+        """
         variance = np.diag(np.square([sd_position, sd_position, sd_yaw]))
         while not self.filter.update_pose(np.array(pose), variance, self.profile.filter.gate):
-            self._doubt()
+            self._inflate()
         self.lost = False
 
-    def depart(self, pose: Pose) -> None:
-        """It leaves the dock, turned round or carried there: of its pose it keeps nothing but where the dock stands;
-        the gyro was set to zero there but for a remainder, and the load is another."""
+    def leave_dock(self, pose: Pose) -> None:
+        """Start an episode at the dock: the pose comes from the dock alone, the map is empty, and gyro bias and scales
+        start from their priors."""
         profile = self.profile
-        self.filter.forget()
-        self.surfaces = NdtMap()
+        self.filter.drop_clone()
+        self.ndt_map = NdtMap()
         self.filter.inflate(ANYWHERE, math.pi)
-        self.fix(pose, profile.filter.dock_position, math.radians(profile.filter.dock_yaw))
-        self.filter.renew(BIAS, math.radians(profile.gyro.bias))
-        self.filter.renew(SCALE, profile.odometry.scale)
-        self.filter.renew(GYRO_SCALE, profile.gyro.scale)
+        self.update_dock_pose(pose, profile.filter.dock_position, math.radians(profile.filter.dock_yaw))
+        self.filter.reset_state(BIAS, math.radians(profile.gyro.bias))
+        self.filter.reset_state(SCALE, profile.odometry.scale)
+        self.filter.reset_state(GYRO_SCALE, profile.gyro.scale)
 
     def save(self) -> dict[str, Any]:
-        """All that `load` needs, but for the surfaces, which are arrays."""
+        """The state that `load` restores, but for `ndt_map`, which is arrays."""
         return {"mean": self.filter.mean.tolist(), "covariance": self.filter.covariance.tolist(),
                 "rejected": self.filter.rejected, "lost": self.lost, "slips": self.slips, "stale": self.stale,
                 "bumped": self._bumped, "times": [self.time, self._scanned]}
 
-    def load(self, state: dict[str, Any], surfaces: dict[str, np.ndarray]) -> None:
-        self.surfaces.load(surfaces)
+    def load(self, state: dict[str, Any], arrays: dict[str, np.ndarray]) -> None:
+        """Restore the state of `save` and the arrays of `ndt_map.save`."""
+        self.ndt_map.load(arrays)
         self.filter = Ekf(np.array(state["mean"]), np.array(state["covariance"]))
         self.filter.rejected, (self.time, self._scanned) = state["rejected"], state["times"]
         self.lost, self.slips, self.stale, self._bumped = (state[key] for key in ("lost", "slips", "stale", "bumped"))
 
-    def _predict(self, sensed: Sensed) -> None:
-        profile, seconds = self.profile, sensed.seconds
-        wheel, gyro = sensed.wheel, sensed.gyro
+    def _predict(self, reading: Reading) -> None:
+        profile, seconds = self.profile, reading.seconds
+        wheel, gyro = reading.wheel, reading.gyro
         distance, turn = profile.odometry.noise**2 * abs(wheel), self._gyro_noise(seconds)
         if math.isnan(wheel):
             wheel, distance = 0.0, (SPEED * seconds) ** 2
-        elif sensed.bump is not None:
+        elif reading.bump is not None:
             share, sd = PUSHED if self._bumped else TOUCHED
             wheel, distance = share * wheel, (sd * wheel) ** 2
-        self._bumped = sensed.bump is not None
+        self._bumped = reading.bump is not None
         if math.isnan(gyro):
             gyro, turn = 0.0, (RATE * seconds) ** 2
         walk = math.radians(profile.gyro.walk) ** 2 * seconds
@@ -107,57 +118,57 @@ class Localiser:
     def _gyro_noise(self, seconds: float) -> float:
         return math.radians(self.profile.gyro.noise) ** 2 * seconds
 
-    def _see(self, scan: Scan) -> None:
+    def _use_scan(self, scan: Scan) -> None:
         if scan.time <= self._scanned or scan.time < self.time:
             self.stale += 1
             return
         self._scanned = scan.time
         if self.profile.localisation is Localisation.scan_to_map:
-            self._lay(scan)
+            self._match_to_map(scan)
         else:
             if scan.shift is not None and self.filter.has_clone:
-                self._weigh(*scan.shift)
+                self._update_motion(*scan.shift)
             self.filter.clone_pose()
 
-    def _lay(self, scan: Scan) -> None:
-        """On the map of this episode, whose origin is the remembered pose of its first scan: what that is off by
-        cannot be told from the map."""
+    def _match_to_map(self, scan: Scan) -> None:
+        """Match a scan to the map of this episode, whose origin is the cloned pose of its first scan: the error of that
+        pose cannot be observed on the map."""
         if not self.filter.has_clone:
             self.filter.clone_pose()
-        guess = Pose(*motion_since(self.filter.mean))
-        blurred = self.filter.spread_since() > BLURRED**2
-        around = LOST if self.lost else UNSURE if blurred else ((0.0,),)
-        match = self.surfaces.search(guess, scan, *around)
+        guess = Pose(*relative_motion(self.filter.mean))
+        uncertain = self.filter.relative_position_variance() > INSERT_SD**2
+        around = LOST if self.lost else UNCERTAIN if uncertain else ((0.0,),)
+        match = self.ndt_map.search(guess, scan, *around)
         settings = self.profile.scan_to_map
-        floor = np.square([settings.position, settings.position, math.radians(settings.yaw)])
+        floor = np.diag(np.square([settings.position, settings.position, math.radians(settings.yaw)]))
         if match and not match.fits:
             self.filter.rejected += 1
-            self._give_up()
+            self._check_lost()
             return
-        agreed = match is None or self._weigh(np.array(match.pose), match.variance(settings.noise) + np.diag(floor))
-        if agreed and self.filter.spread_since() < BLURRED**2:
-            self.surfaces.insert(Pose(*motion_since(self.filter.mean)), scan)
+        agreed = match is None or self._update_motion(np.array(match.pose), match.variance(settings.noise) + floor)
+        if agreed and self.filter.relative_position_variance() < INSERT_SD**2:
+            self.ndt_map.insert(Pose(*relative_motion(self.filter.mean)), scan)
 
-    def _weigh(self, motion: np.ndarray, variance: np.ndarray) -> bool:
-        """The motion that the scans tell against the one predicted; where they do not agree, the wheels slipped."""
+    def _update_motion(self, motion: np.ndarray, variance: np.ndarray) -> bool:
+        """Update by a motion (3,) since the cloned pose; where the gate rejects it, the wheels slipped."""
         gate = self.profile.filter.gate
         if self.filter.update_motion(motion, variance, gate):
             self.lost = False
             return True
         self.slips += 1
-        self.filter.slip(SPEED * self.profile.step)
+        self.filter.add_slip(SPEED * self.profile.step)
         self.filter.rejected -= 1  # a scan counts once
         agreed = self.filter.update_motion(motion, variance, gate)
-        self._give_up()
+        self._check_lost()
         return agreed
 
-    def _give_up(self) -> None:
-        """It is lost when too many scans in a row were refused."""
+    def _check_lost(self) -> None:
+        """Inflate the covariance and set `lost` after too many rejections in a row."""
         if self.filter.rejected >= self.profile.filter.patience:
-            self._doubt()
+            self._inflate()
             self.lost = True
 
-    def _doubt(self) -> None:
+    def _inflate(self) -> None:
         settings = self.profile.filter
         self.filter.inflate(settings.lost_position, math.radians(settings.lost_yaw))
         self.filter.rejected = 0

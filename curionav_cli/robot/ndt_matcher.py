@@ -1,10 +1,10 @@
-"""Scan to map: a scan is laid on the surfaces that earlier scans of this episode have left.
+"""Scan-to-map matching: a scan is aligned with the walls in earlier scans of the episode.
 
 The plane is cut into squares; each keeps the mean and the spread of the returns in it (the normal distributions
-transform of Biber and Strasser 2003). Where they lie along a line, that is a piece of wall, and the distance of a new
-return to it is what a match makes small. A square that holds enough is settled and does not change, so that what was
-seen early, near the dock and with little drift, keeps its place. There are four layers, by the quadrant that the ray
-points to, so that the two sides of a thin wall are not taken for one. Nothing here knows the true world.
+transform of Biber and Strasser 2003). Where they lie along a line, that is a piece of wall, and a match minimises the
+distance of new returns to it. A square with enough returns does not change any more, so that the walls near the dock,
+mapped early and with little drift, keep their place. There are four layers, by the quadrant that the ray points to, so
+that the two sides of a thin wall are kept apart. Nothing here uses the true world.
 """
 
 from __future__ import annotations
@@ -20,18 +20,18 @@ from curionav_cli.records import Pose
 from curionav_cli.robot.measurements import Scan
 
 SIDE = 512  # squares; what is farther away than their whole width shares a square with what is near
-SETTLED, FEWEST = 30, 4  # returns: so many settle a square, fewer than the other tell nothing
+SETTLED, FEWEST = 30, 4  # returns: a square with SETTLED takes no more; one with fewer than FEWEST is no wall
 THIN, LONG = 0.3, 0.02  # a wall's spread across by that along, at most; and that along, metres, at least
 ROUNDS, FIRST, STILL = 10, 2, 1e-4  # iterations, the first of them, and the step (metres, radians) that ends them
-WIDE, NARROW = 0.3, 0.08  # metres: what is farther from its wall is no part of it, in the first rounds and the last
-ENOUGH, SHARE = 25, 0.5  # returns on walls, and their share among those in known squares
-FEW, VAGUE = 20.0, 1e-3  # returns that are too few to tell a direction, and what is told then
-BASIN = 0.5, math.radians(12.0)  # metres and radians: a match farther from what was expected is none
+WIDE, NARROW = 0.3, 0.08  # metres from its wall beyond which a return is ignored, in the first rounds and the last
+ENOUGH, SHARE = 25, 0.5  # the least returns on walls, and their least share among those in wall squares
+FEW, VAGUE = 20.0, 1e-3  # information that is subtracted as if no return had given it, and what is left at least
+BASIN = 0.5, math.radians(12.0)  # metres and radians: a match farther from the guess is none
 
 
 class Match(NamedTuple):
-    """A pose, the information (3, 3) about it if a return had unit variance, and the share of returns on walls, of
-    those in known squares."""
+    """A matched pose, its information (3, 3) for returns of unit variance, and the share of returns on walls among
+    those in wall squares."""
 
     pose: Pose
     information: np.ndarray
@@ -39,19 +39,23 @@ class Match(NamedTuple):
 
     @property
     def fits(self) -> bool:
-        """Do enough of the returns lie on walls?"""
+        """True when enough of the returns lie on walls."""
         return self.share >= SHARE
 
     def variance(self, noise: float) -> np.ndarray:
-        """Of the pose (3, 3), when a return is off its wall by `noise` metres (sd). A direction that few walls tell
-        of is as good as untold: those few may be taken for others."""
-        told, axes = np.linalg.eigh(self.information)
-        return (axes * (noise**2 / np.maximum(told - FEW, VAGUE))) @ axes.T
+        """The covariance (3, 3) of the pose, with returns off their walls by `noise` metres (sd).
+
+        A direction that few walls constrain counts as unconstrained: those few may be wrong associations.
+        """
+        information, axes = np.linalg.eigh(self.information)
+        return (axes * (noise**2 / np.maximum(information - FEW, VAGUE))) @ axes.T
 
 
 class NdtMap:
-    """cell: width of a square, metres. SAVED names its arrays. sums (S, 6): returns, and of their x, y, xx, xy, yy
-    within the square."""
+    """The map of normal distributions. cell: width of a square, metres. SAVED: the names of its arrays.
+
+    sums (S, 6): number of returns, and sums of their x, y, xx, xy, yy within the square. known (S,): is it a wall?
+    """
 
     SAVED = ("square", "sums", "walls", "known")
 
@@ -62,7 +66,7 @@ class NdtMap:
         self.known = np.zeros(4 * SIDE * SIDE, bool)
 
     def insert(self, pose: Pose, scan: Scan) -> None:
-        """Enter a scan taken at an estimated pose."""
+        """Insert a scan taken at an estimated pose."""
         x, y = placed(pose, *points(scan))
         square, left, below = self._squares(x, y, x - pose[0], y - pose[1])
         free = self.sums[square, 0] < SETTLED
@@ -71,7 +75,7 @@ class NdtMap:
         self._find_walls(square, left[free], below[free])
 
     def match(self, guess: Pose, scan: Scan) -> Match | None:
-        """Where the scan fits best, near the guess; None where too little is known to say."""
+        """The pose near the guess where the scan fits best; None where too little of the map is known."""
         own_x, own_y = points(scan)
         pose = np.array(guess)
         for number in range(ROUNDS):
@@ -100,7 +104,7 @@ class NdtMap:
 
     def search(self, guess: Pose, scan: Scan, ahead: Sequence[float], aside: Sequence[float] = (0.0,),
                turns: Sequence[float] = (0.0,)) -> Match | None:
-        """The match with most returns on walls, of those from poses so far ahead, aside (m) and turned (rad)."""
+        """The best of the matches begun from poses ahead of the guess, aside (m) and turned (rad)."""
         cosine, sine = math.cos(guess.yaw), math.sin(guess.yaw)
         starts = [Pose(guess.x + cosine * a - sine * b, guess.y + sine * a + cosine * b, guess.yaw + turn)
                   for a in ahead for b in aside for turn in turns]
@@ -108,11 +112,12 @@ class NdtMap:
         return max(found, key=lambda match: match.fits * np.trace(match.information[:2, :2]), default=None)
 
     def save(self) -> dict[str, np.ndarray]:
-        """What `load` needs: the squares that hold something."""
+        """The arrays that `load` restores: the squares that hold returns."""
         used = np.flatnonzero(self.sums[:, 0])
         return {"square": used, "sums": self.sums[used], "walls": self.walls[used], "known": self.known[used]}
 
     def load(self, arrays: dict[str, np.ndarray]) -> None:
+        """Restore the arrays of `save` in an empty map."""
         used = arrays["square"]
         self.sums[used], self.walls[used], self.known[used] = arrays["sums"], arrays["walls"], arrays["known"]
 
@@ -125,7 +130,7 @@ class NdtMap:
         return square, column * self.cell, row * self.cell
 
     def _find_walls(self, square: np.ndarray, left: np.ndarray, below: np.ndarray) -> None:
-        """Lines through what these squares hold."""
+        """Fit lines to the returns in these squares."""
         count, x, y, xx, xy, yy = self.sums[square].T
         x, y = x / count, y / count
         xx, xy, yy = xx / count - x * x, xy / count - x * y, yy / count - y * y
@@ -136,17 +141,17 @@ class NdtMap:
         self.known[square] = (count >= FEWEST) & (across < THIN**2 * along) & (along > LONG**2)
 
 
-STIFF = np.diag([1.0, 1.0, 1.0])  # holds back where walls tell nothing: as one return would
+STIFF = np.diag([1.0, 1.0, 1.0])  # damping along directions without walls, as of one return
 
 
 def points(scan: Scan) -> tuple[np.ndarray, np.ndarray]:
-    """Where the returns lie, x ahead and y to the left, metres."""
+    """The returns as points, x ahead and y to the left, metres: (n,) each."""
     seen = np.isfinite(scan.range)
     reach, bearing = scan.range[seen], scan.bearing[seen]
     return reach * np.cos(bearing), reach * np.sin(bearing)
 
 
 def placed(pose: Pose, x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """The same points as seen from outside, when the robot stands at a pose."""
+    """Transform points from the robot's frame at a pose into the frame of that pose: (n,) each, metres."""
     cosine, sine = math.cos(pose[2]), math.sin(pose[2])
     return pose[0] + cosine * x - sine * y, pose[1] + sine * x + cosine * y

@@ -1,9 +1,8 @@
-"""Shortest paths on the robot's own map, from everywhere to one goal.
+"""Shortest paths on an occupancy grid, from every cell to one goal (Dijkstra's algorithm from the goal outwards).
 
-This is A* without a heuristic, begun at the goal (Dijkstra): one search gives the cost to go of every cell, so the
-local layer can weigh headings, and a blocked robot asks again from where it stands for nothing. 8-connected; what is
-nearer to an obstacle than the robot's body is closed, what is nearer than `inflation` is dear, what is unknown is
-passable at a price. The planner knows an Occupancy and nothing else of the world.
+One search gives the cost to go of every cell, so the local layer compares headings and a blocked robot replans without
+another search. The grid is 8-connected; cells nearer to an obstacle than BODY are closed, those nearer than INFLATION
+cost more, unknown ones are passable at a price. The Occupancy is the planner's only input.
 """
 
 from __future__ import annotations
@@ -19,16 +18,18 @@ from curionav_cli.robot.occupancy import Occupancy
 
 BODY = 0.15  # metres; an obstacle in a cell is somewhere in it, so a little less than the robot's radius
 INFLATION = 0.24  # metres
-CLOSE, UNKNOWN, TIGHT = 6.0, 3.0, 30.0  # what a metre costs inside the inflation, in the unknown, and on the way out
-OUT = 0.3  # metres around a robot that stands too near to something: it may leave through what is closed to others
-BORDER = 4  # cells around what is known, through which a way may lead
+CLOSE, UNKNOWN, TIGHT = 6.0, 3.0, 30.0  # cost of a metre inside the inflation, in unknown cells, and on the way out
+OUT = 0.3  # metres around a robot that stands too near to an obstacle, within which closed cells are passable
+BORDER = 4  # cells around the known ones, through which a path may lead
 NEIGHBOURS = ((0, 1, 1.0), (1, 0, 1.0), (1, 1, 2.0 ** 0.5), (1, -1, 2.0 ** 0.5))
 
 
 @dataclass(frozen=True)
 class Plan:
-    """cost: (rows, columns) metres to the goal, dearer cells counted longer; inf where no way leads from. goal (x, y):
-    where it leads, the nearest open cell where what was asked for is closed."""
+    """A plan. cost: (rows, columns) cost to go, metres weighted by the cells' prices, inf where there is no path.
+
+    goal (x, y): the goal, or the nearest open cell where that is closed.
+    """
 
     cost: np.ndarray
     goal: tuple[float, float]
@@ -44,7 +45,7 @@ class Plan:
         return np.where(inside, self.cost[row % rows, column % columns], np.inf)
 
     def path(self, x: float, y: float) -> np.ndarray:
-        """(K, 2) centres of the cells that lead from (x, y) to the goal; none where no way leads there."""
+        """(K, 2) centres of the cells on the path from (x, y) to the goal; empty where there is no path."""
         row, column = int((y - self.corner[1]) // self.cell), int((x - self.corner[0]) // self.cell)
         cells = [(row, column)] if np.isfinite(self.at(x, y)) else []
         while cells and self.cost[cells[-1]] > 0.0:
@@ -53,7 +54,7 @@ class Plan:
         return (found[:, ::-1] + 0.5) * self.cell + np.array(self.corner)
 
     def _next(self, row: int, column: int) -> tuple[int, int]:
-        """The neighbour through which the way goes: the one that explains this cell's cost."""
+        """The next cell of the path: the neighbour with the least cost to go."""
         around = [(row + dr, column + dc) for dr in (-1, 0, 1) for dc in (-1, 0, 1) if dr or dc]
         inside = [cell for cell in around
                   if 0 <= cell[0] < self.cost.shape[0] and 0 <= cell[1] < self.cost.shape[1]]
@@ -61,13 +62,13 @@ class Plan:
 
 
 def plan(occupancy: Occupancy, x: float, y: float, start: tuple[float, float] | None = None) -> Plan:
-    """The way to (x, y) from everywhere; to the nearest open cell where the goal itself is closed.
+    """Plan to (x, y), or to the nearest open cell where that is closed, from every cell.
 
-    start: where the robot stands, which may be closer to something than a planned way would be.
+    start: where the robot stands, which may be nearer to an obstacle than a planned path.
     """
     price = prices(occupancy)
     if start:
-        tight = occupancy.around(*start, OUT) & ~occupancy.occupied & np.isinf(price)
+        tight = occupancy.cells_within(*start, OUT) & ~occupancy.occupied & np.isinf(price)
         price[tight] = TIGHT
     row, column = (int(index) for index in occupancy.cells(x, y))
     low, high = extent(occupancy.known, row, column)
@@ -82,7 +83,7 @@ def plan(occupancy: Occupancy, x: float, y: float, start: tuple[float, float] | 
 
 
 def extent(known: np.ndarray, row: int, column: int) -> tuple[tuple[int, int], tuple[int, int]]:
-    """The part of the map that is known, and a cell: first and last row and column, with a border."""
+    """The bounding box of the known cells and one more cell: (first row, column), (last row, column), with a border."""
     rows, columns = np.flatnonzero(known.any(axis=1)).tolist() or [row], np.flatnonzero(known.any(axis=0)).tolist()
     columns = columns or [column]
     low = max(0, min(rows[0], row) - BORDER), max(0, min(columns[0], column) - BORDER)
@@ -90,7 +91,7 @@ def extent(known: np.ndarray, row: int, column: int) -> tuple[tuple[int, int], t
 
 
 def prices(occupancy: Occupancy) -> np.ndarray:
-    """(rows, columns) what a metre costs in each cell, inf where the robot's body does not fit."""
+    """(rows, columns) cost of a metre in each cell, inf where the robot's body does not fit."""
     occupied = occupancy.occupied
     price = np.where(occupancy.known, 1.0, UNKNOWN)
     if not occupied.any():

@@ -1,4 +1,4 @@
-"""Wheel encoders, gyro, LiDAR, depth camera, scan matching: what is true in, what the robot gets out."""
+"""Simulated sensors: wheel encoders, gyro, LiDAR, depth camera, scan odometry. True state in, measurements out."""
 
 from __future__ import annotations
 
@@ -12,25 +12,25 @@ from curionav_cli.robot.collision_world import CollisionWorld
 from curionav_cli.robot.measurements import Scan, Shift
 from curionav_cli.robot.settings import Gyro, Odometry, Rays, ScanOdometry
 
-UNSEEN = 1.0  # metres; sd of a motion that the scans cannot tell
+UNOBSERVED = 1.0  # metres; sd of a motion along a direction that the scans do not observe
 GAP, SPAN = 0.5, 4
 
 
-class Inertia:
-    """Encoders and gyro. Their errors of scale are drawn anew by `rest`, and the gyro's bias wanders."""
+class WheelsAndGyro:
+    """Wheel encoders and gyro: errors of scale are drawn for each episode, and the gyro bias is a random walk."""
 
     def __init__(self, odometry: Odometry, gyro: Gyro, generator: np.random.Generator):
         self.odometry, self.gyro, self.rng = odometry, gyro, generator
-        self.rest()
+        self.begin_episode()
 
-    def rest(self) -> None:
-        """On the dock the gyro's bias is measured, all but a remainder; another episode, another load and floor."""
+    def begin_episode(self) -> None:
+        """Draw the errors of scale, and what is left of the gyro bias after resting on the dock."""
         scale, turn, bias = self.rng.standard_normal(3).tolist()
         self.scale, self.turn_scale = scale * self.odometry.scale, turn * self.gyro.scale
         self.bias = math.radians(bias * self.gyro.bias)  # rad / s
 
     def measure(self, rolled: float, turned: float, seconds: float) -> tuple[float, float]:
-        """(wheel, gyro) in metres and radians, of a move that rolled and turned so much."""
+        """Measure a move: (wheel, gyro) in metres and radians. rolled: metres; turned: radians."""
         wheel, gyro, walk = self.rng.standard_normal(3).tolist()
         root = math.sqrt(seconds)
         rate = turned * (1.0 + self.turn_scale) + self.bias * seconds + math.radians(gyro * self.gyro.noise) * root
@@ -38,8 +38,8 @@ class Inertia:
         return rolled * (1.0 + self.scale) + wheel * self.odometry.noise * math.sqrt(abs(rolled)), rate
 
 
-class Ranger:
-    """A fan of rays from the robot's centre."""
+class RangeSensor:
+    """A range sensor: a fan of rays from the robot's centre."""
 
     def __init__(self, settings: Rays, generator: np.random.Generator):
         self.settings, self.rng = settings, generator
@@ -47,38 +47,38 @@ class Ranger:
         step = 2.0 * half / (settings.beams if settings.view == 360 else settings.beams - 1)
         self.bearing = -half + step * np.arange(settings.beams)
 
-    def scan(self, pose: Pose, around: CollisionWorld, time: float) -> Scan:
-        """Ranges from a pose; nothing is seen that is nearer than `blind` metres, nor through it."""
+    def scan(self, pose: Pose, world: CollisionWorld, time: float) -> Scan:
+        """Take a scan from a true pose; a ray that meets something nearer than `blind` metres gives nan."""
         angle = pose.yaw + self.bearing
-        found = around.ranges(pose.x, pose.y, np.cos(angle), np.sin(angle), self.settings.far)
+        found = world.ranges(pose.x, pose.y, np.cos(angle), np.sin(angle), self.settings.far)
         unseen = (found < self.settings.blind) | ~np.isfinite(found)
         found += self.settings.noise * self.rng.standard_normal(len(found))
         found[unseen] = np.nan
         return Scan(self.bearing, found, time)
 
 
-class ScanMatch:
-    """What matching a scan to the one before tells of the motion between: the truth, and an error drawn from the
-    covariance that it states. Along walls that all face one way it can tell nothing, and states that."""
+class ScanMatcher:
+    """Scan odometry: the true motion since the previous scan plus an error drawn from the stated covariance, which is
+    large along walls that all face one way."""
 
     def __init__(self, settings: ScanOdometry, generator: np.random.Generator):
         self.settings, self.rng = settings, generator
         self.before: Pose | None = None
 
-    def forget(self) -> None:
-        """There is no scan before."""
+    def reset(self) -> None:
+        """Drop the previous scan."""
         self.before = None
 
     def shift(self, scan: Scan, pose: Pose) -> Shift | None:
-        """The motion since the last scan, to this one's pose; None for the first, or a silent one."""
+        """The motion from the previous scan to this one, taken at `pose`; None for the first, or without returns."""
         before, self.before = self.before, pose
-        share, axes = facing(scan)
+        share, axes = wall_directions(scan)
         error = self.rng.standard_normal(3)
         if before is None or not share.any():
             self.before = pose if share.any() else None
             return None
-        told = self.settings.position / np.sqrt(2.0 * np.maximum(share, 1e-9))
-        sd = np.where(share < self.settings.narrowest, UNSEEN, told)
+        observed = self.settings.position / np.sqrt(2.0 * np.maximum(share, 1e-9))
+        sd = np.where(share < self.settings.narrowest, UNOBSERVED, observed)
         cosine, sine = math.cos(before.yaw), math.sin(before.yaw)
         dx, dy, turn = pose.x - before.x, pose.y - before.y, wrapped(pose.yaw - before.yaw)
         back = rotation(turn) @ axes  # the walls' directions, as seen from the pose before
@@ -91,10 +91,10 @@ class ScanMatch:
         return Shift(motion, covariance)
 
 
-def facing(scan: Scan) -> tuple[np.ndarray, np.ndarray]:
-    """Which ways the seen walls face: shares (2,) that add up to 1, and their directions, the columns of (2, 2).
+def wall_directions(scan: Scan) -> tuple[np.ndarray, np.ndarray]:
+    """The directions that the walls in a scan face: shares (2,) that add up to 1, and directions, columns of (2, 2).
 
-    All zero where nothing is seen. A wall is where returns SPAN beams apart are less than GAP metres apart.
+    Shares are zero where there is no wall. A wall is where returns SPAN beams apart are less than GAP metres apart.
     """
     x, y = scan.range * np.cos(scan.bearing), scan.range * np.sin(scan.bearing)
     along_x, along_y = np.append(x[SPAN:], x[:SPAN]) - x, np.append(y[SPAN:], y[:SPAN]) - y
@@ -109,6 +109,6 @@ def facing(scan: Scan) -> tuple[np.ndarray, np.ndarray]:
 
 
 def rotation(angle: float) -> np.ndarray:
-    """(2, 2), to the left."""
+    """The (2, 2) rotation matrix of `angle` radians to the left."""
     cosine, sine = math.cos(angle), math.sin(angle)
     return np.array([[cosine, -sine], [sine, cosine]])

@@ -1,4 +1,4 @@
-"""The settings of a robot that drifts; conf/robot/turtlebot2i.yaml says which values were measured and which fitted."""
+"""Settings of the robot; conf/robot/turtlebot2i.yaml gives the source of each value."""
 
 from __future__ import annotations
 
@@ -12,14 +12,14 @@ from curionav_cli.robot.docking_settings import Docking
 
 @dataclass(frozen=True)
 class Robot:
-    """ideal: perfect motion, put back to the start after each episode. The others: settings.py."""
+    """robot=ideal: perfect motion, put back to the start after each episode. The base of the other robots."""
 
     name: str
 
 
 class Localisation(Enum):
-    """What the LiDAR adds to odometry and gyro: nothing, the motion from scan to scan (whose errors still add up),
-    or the pose on the robot's own map."""
+    """What the LiDAR adds to odometry and gyro: nothing, scan-to-scan motion (whose errors still add up), or the pose
+    on the robot's own map."""
 
     none = "none"
     scan_odometry = "scan_odometry"
@@ -28,7 +28,7 @@ class Localisation(Enum):
 
 @dataclass(frozen=True)
 class Battery:
-    """Seconds of driving. An episode ends when no more than `reserve` is left to go home with."""
+    """Seconds of driving. An episode ends when no more than `reserve` is left, for the return to dock."""
 
     capacity: float
     reserve: float
@@ -70,8 +70,11 @@ class Odometry:
 
 @dataclass(frozen=True)
 class Gyro:
-    """scale: sd of the error of scale, drawn for each episode. noise: sd, degrees / sqrt(s). bias: sd of what is left
-    of it after resting on the dock, degrees / s. walk: how fast it wanders from there, degrees / s / sqrt(s)."""
+    """A gyro. scale: sd of the error of scale, drawn for each episode. noise: sd, degrees / sqrt(s).
+
+    bias: sd of the bias that is left after resting on the dock, degrees / s. walk: sd of its random walk from there,
+    degrees / s / sqrt(s).
+    """
 
     scale: float
     noise: float
@@ -97,7 +100,7 @@ class Rays:
 @dataclass(frozen=True)
 class ScanOdometry:
     """Motion from scan to scan. position (m) and yaw (degrees): sd of each, where the walls face all ways alike.
-    narrowest: the least share of walls facing a direction with which motion along it can be told."""
+    narrowest: the least share of walls facing a direction with which motion along it is observed."""
 
     position: float
     yaw: float
@@ -109,8 +112,8 @@ class ScanOdometry:
 
 @dataclass(frozen=True)
 class ScanToMap:
-    """A match on the own map: noise (m), sd of a return off its wall; position (m) and yaw (degrees): sd of what the
-    map itself is off by, which no number of returns makes less."""
+    """Scan matching on the robot's own map. noise (m): sd of a return off its wall; position (m) and yaw (degrees): sd
+    of the error of the map itself, a lower bound for any number of returns."""
 
     noise: float
     position: float
@@ -122,9 +125,11 @@ class ScanToMap:
 
 @dataclass(frozen=True)
 class Filter:
-    """dock_position (m), dock_yaw (degrees): how well it stands where it is put when an episode begins, and how well it
-    knows that. gate: the share of good measurements that the filter lets in. patience: refusals in a row after which
-    it is lost; it then trusts its pose less by so many metres and degrees."""
+    """The filter. dock_position (m), dock_yaw (degrees): sd of the true start of an episode, and of its prior there.
+
+    gate: the share of good measurements that the filter accepts. patience: rejections in a row after which the
+    localiser is lost; lost_position (m), lost_yaw (degrees): sd that is added to the pose then.
+    """
 
     dock_position: float
     dock_yaw: float
@@ -158,7 +163,7 @@ class Turtlebot(Robot):
 
     @property
     def steps(self) -> int:
-        """How many actions an episode has at most, for the battery's sake."""
+        """The most actions of an episode before the battery's reserve is reached."""
         return max(1, math.ceil(round((self.battery.capacity - self.battery.reserve) / self.step, 6)))
 
     def __post_init__(self) -> None:

@@ -1,7 +1,7 @@
-"""The true robot: the only thing that knows where it is and what stands around it.
+"""The true robot: its pose, its world, its sensors.
 
-Coverage, the pictures and docking's geometry read `pose`. Planner, homing, filter and map do not import this
-module: they know what it senses (measurements.py).
+Coverage, the images and the dock's geometry read `pose`. Planner, navigation, filter and map do not import this
+module: they get its measurements (measurements.py).
 """
 
 from __future__ import annotations
@@ -16,8 +16,8 @@ from curionav_cli.records import Pose
 from curionav_cli.robot.battery import Battery
 from curionav_cli.robot.collision_world import CollisionWorld, Rectangle
 from curionav_cli.robot.drive import Drive
-from curionav_cli.robot.measurements import Scan, Sensed
-from curionav_cli.robot.sensors import Inertia, Ranger, ScanMatch
+from curionav_cli.robot.measurements import Reading, Scan
+from curionav_cli.robot.sensors import RangeSensor, ScanMatcher, WheelsAndGyro
 from curionav_cli.robot.settings import Turtlebot
 from curionav_cli.world.scene.scene import Scene
 
@@ -25,81 +25,81 @@ FRONT = math.radians(25.0)  # half of the bumper's middle third
 
 
 class SimulatedRobot:
-    """pose: where it truly is. velocity: (m/s, rad/s) of the last command. silent: sensors that give nothing."""
+    """The true robot. pose: true; velocity: (m/s, rad/s) of the last command; silent: sensors that give nothing."""
 
     def __init__(self, profile: Turtlebot, generator: np.random.Generator, station: Rectangle | None = None):
         self.profile, self.battery = profile, Battery(profile.battery)
         self.station = station
         self._rngs = generator.spawn(5)
-        drive, inertia, lidar, depth, match = self._rngs
-        self._drive_rng = drive
-        self._inertia = Inertia(profile.odometry, profile.gyro, inertia)
-        self._lidar, self._depth = Ranger(profile.lidar, lidar), Ranger(profile.depth, depth)
-        self._match = ScanMatch(profile.scan_odometry, match)
+        self._drive_rng, inertial, lidar, depth, match = self._rngs
+        self._wheels_and_gyro = WheelsAndGyro(profile.odometry, profile.gyro, inertial)
+        self._lidar, self._depth = RangeSensor(profile.lidar, lidar), RangeSensor(profile.depth, depth)
+        self._match = ScanMatcher(profile.scan_odometry, match)
         self.velocity, self.time = (0.0, 0.0), 0.0
         self.silent: set[str] = set()
 
-    def enter(self, scene: Scene, pose: Pose) -> None:
-        """Stand at a pose of an episode's scene, fresh from the dock: its errors of scale and bias are others."""
-        self.around(scene)
+    def place(self, scene: Scene, pose: Pose) -> None:
+        """Put the robot at a pose of an episode's scene and draw new errors of scale and bias."""
+        self.set_scene(scene)
         self.pose = Pose(*pose)
-        self._inertia.rest()
-        self._match.forget()
+        self._wheels_and_gyro.begin_episode()
+        self._match.reset()
 
-    def around(self, scene: Scene) -> None:
-        """The world around it is another, and it stands where it stood."""
-        self.surroundings = CollisionWorld(scene, self.station)
+    def set_scene(self, scene: Scene) -> None:
+        """Change the scene around the robot, which stays at its pose."""
+        self.collision_world = CollisionWorld(scene, self.station)
         self._drive = Drive(self.profile.drive, scene.plan.radius, self._drive_rng)
 
-    def drive(self, distance: float, turn: float, seconds: float) -> Sensed:
-        """One short arc, or a whole step: metres, radians to the left, seconds."""
+    def drive(self, distance: float, turn: float, seconds: float) -> Reading:
+        """Drive a short arc or a whole step: metres, radians to the left, seconds."""
         self.velocity = (distance / seconds, turn / seconds)
-        motion = self._drive.move(self.pose, distance, turn, self.surroundings)
+        motion = self._drive.move(self.pose, distance, turn, self.collision_world)
         x, y, yaw = motion.pose
         self.pose = Pose(x, y, wrapped(yaw))
         self.time += seconds
         self.battery.drain(seconds)
-        wheel, gyro = self._inertia.measure(motion.rolled, motion.turned, seconds)
+        wheel, gyro = self._wheels_and_gyro.measure(motion.rolled, motion.turned, seconds)
         bump = self._bump() if motion.touched else None
         if self.silent:
             wheel, gyro = (math.nan if name in self.silent else value
                            for name, value in (("wheel", wheel), ("gyro", gyro)))
-        return Sensed(wheel, gyro, seconds, self.time, bump)
+        return Reading(wheel, gyro, seconds, self.time, bump)
 
     def halt(self) -> None:
-        """Zero velocity."""
+        """Set the velocity to zero."""
         self.velocity = (0.0, 0.0)
 
     def scan(self) -> Scan:
-        """The LiDAR, all around, and how the robot moved since it last looked."""
-        scan = self._look("lidar", self._lidar)
+        """Take a LiDAR scan, all around, with the motion since the previous one."""
+        scan = self._scan_with("lidar", self._lidar)
         return scan._replace(shift=self._match.shift(scan, self.pose))
 
     def depth(self) -> Scan:
-        """The horizontal line of the depth camera, ahead."""
-        return self._look("depth", self._depth)
+        """Take the horizontal line of the depth camera, ahead."""
+        return self._scan_with("depth", self._depth)
 
     def save(self) -> dict[str, Any]:
-        """All that `load` needs, but for the scene: `around` comes after it."""
-        inertia = self._inertia
+        """The state that `load` restores, but for the scene: call `set_scene` after it."""
+        errors = self._wheels_and_gyro
         return {"pose": list(self.pose), "battery": self.battery.left, "time": self.time,
                 "scanned": self._match.before and list(self._match.before),
-                "errors": [inertia.scale, inertia.turn_scale, inertia.bias],
+                "errors": [errors.scale, errors.turn_scale, errors.bias],
                 "rng": [rng.bit_generator.state for rng in self._rngs]}
 
     def load(self, state: dict[str, Any]) -> None:
+        """Restore the state of `save`."""
         self.pose, self.battery.left, self.time = Pose(*state["pose"]), state["battery"], state["time"]
         self._match.before = state["scanned"] and Pose(*state["scanned"])
-        self._inertia.scale, self._inertia.turn_scale, self._inertia.bias = state["errors"]
+        self._wheels_and_gyro.scale, self._wheels_and_gyro.turn_scale, self._wheels_and_gyro.bias = state["errors"]
         for rng, saved in zip(self._rngs, state["rng"], strict=True):
             rng.bit_generator.state = saved
 
-    def _look(self, name: str, sensor: Ranger) -> Scan:
-        scan = sensor.scan(self.pose, self.surroundings, self.time)
+    def _scan_with(self, name: str, sensor: RangeSensor) -> Scan:
+        scan = sensor.scan(self.pose, self.collision_world, self.time)
         return scan._replace(range=np.full_like(scan.range, np.nan)) if name in self.silent else scan
 
     def _bump(self) -> str | None:
-        at = self.surroundings.touching(self.pose.x, self.pose.y, self._drive.radius)
+        at = self.collision_world.touching(self.pose.x, self.pose.y, self._drive.radius)
         if at is None or "bumper" in self.silent:
             return None
         side = wrapped(at - self.pose.yaw)

@@ -1,1 +1,1 @@
-"""The simulated world: a scene that can be stood in, its motion, its camera, its gymnasium face."""
+"""The simulated world: scenes, motion, rendering, and Gymnasium environments."""

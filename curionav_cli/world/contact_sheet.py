@@ -1,6 +1,6 @@
-"""A picture of a scene for people: the plan from above beside views and depths from within.
+"""Overview images of a scene: the plan from above beside first-person views and their depth.
 
-Looking at a scene is another object than the scene: nothing here is needed to live in it.
+No environment needs this module.
 """
 
 from __future__ import annotations
@@ -21,10 +21,10 @@ from curionav_cli.world.render.texture_atlas import floor_picture
 from curionav_cli.world.scene.scene import Scene
 
 ROWS, COLUMNS, SCALE, GAP = 4, 6, 2, 6
-JPEG_QUALITY = 82  # where the path ends in .jpg: a fifth of the bytes of a PNG
-DOOR, AIR = 1.8, 0.25  # metres: walls that begin higher are lintels; air around a place to look from
+JPEG_QUALITY = 82  # for paths that end in .jpg: a fifth of the bytes of a PNG
+DOOR, AIR = 1.8, 0.25  # metres: walls that begin higher are lintels; free space around a viewpoint
 PAPER, INK, SHADE = (250, 249, 246), (40, 42, 46), (214, 60, 48)
-MIST = (180, 194, 211)  # what a map says nothing about
+MIST = (180, 194, 211)  # unknown cells of a map
 
 
 def contact_sheet(scene: Scene, path: Path | str) -> None:
@@ -45,7 +45,7 @@ def contact_sheet(scene: Scene, path: Path | str) -> None:
 
 
 def plans(scenes: Sequence[Scene], path: Path | str, height: int = 420) -> None:
-    """Write a PNG or JPG: top views beside one another, the name and size of each below it."""
+    """Write a PNG or JPG: top views of several scenes in a row, name and area below each. height: pixels of a view."""
     columns = []
     for scene in scenes:
         view = top_view(scene, height)
@@ -63,7 +63,7 @@ def _write(path: Path | str, image: np.ndarray) -> None:
 
 
 def top_view(scene: Scene, height: int, views: tuple[np.ndarray, ...] = ()) -> np.ndarray:
-    """(height, any, 3) uint8: the floor, the boxes by height, where the camera stood."""
+    """A scene from above, (height, any, 3) uint8: floor, boxes by height, `views` (x, y, heading) as arrows."""
     image, texel, low = _crop(scene, _from_above(scene))
     scale = min(height / image.shape[0], 3.0 * height / image.shape[1])
     width = max(1, round(image.shape[1] * scale))
@@ -85,7 +85,8 @@ def _from_above(scene: Scene) -> tuple[np.ndarray, float]:
     row, column = (np.minimum((np.arange(n) * texel / scene.plan.cell).astype(int), most - 1)
                    for n, most in zip(image.shape[:2], scene.plan.floor.shape))
     image[~scene.plan.floor[np.ix_(row, column)]] = INK
-    image[scene.plan.unknown[np.ix_(row, column)]] = MIST
+    unknown = scene.plan.unknown[np.ix_(row, column)]
+    image[unknown] = MIST
     boxes = scene.boxes
     closed = boxes.high[:, 2] >= scene.height
     lintel = closed & (boxes.low[:, 2] >= DOOR)
@@ -95,7 +96,10 @@ def _from_above(scene: Scene) -> tuple[np.ndarray, float]:
         corners = np.stack([boxes.low[box, :2], boxes.high[box, :2]])
         (c0, c1), (r0, r1) = np.rint(corners / texel).astype(int).clip(0).T
         part = image[r0:r1, c0:c1]
-        part[:] = INK if closed[box] else _top(picture(boxes.materials[boxes.top[box]]), part.shape[:2])
+        if closed[box]:  # one of a map may stand for cells of the unknown, too
+            part[~unknown[r0:r1, c0:c1]] = INK
+        else:
+            part[:] = _top(picture(boxes.materials[boxes.top[box]]), part.shape[:2])
     return image, texel
 
 
@@ -122,7 +126,7 @@ def _crop(scene: Scene, drawn: tuple[np.ndarray, float]) -> tuple[np.ndarray, fl
 
 
 def _spots(scene: Scene, renderer: Renderer, count: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Poses spread over the visitable cells, each looking where there is much to be seen."""
+    """Poses (x, y, heading), (count,) each, spread over the visitable cells, facing much depth and contrast."""
     plan = scene.plan
     rows, columns = np.nonzero(_roomy(plan))
     x, y = (columns + 0.5) * plan.cell, (rows + 0.5) * plan.cell
@@ -139,7 +143,7 @@ def _spots(scene: Scene, renderer: Renderer, count: int) -> tuple[np.ndarray, np
 
 
 def _roomy(plan: FloorPlan) -> np.ndarray:
-    """The visitable cells with some air around them; all of them in a scene without such."""
+    """The visitable cells with free space around them; all of them in a scene without such."""
     away = ndimage.distance_transform_edt(np.pad(plan.visitable, 1))[1:-1, 1:-1] * plan.cell
     return (away > AIR) if (away > AIR).sum() > 50 else plan.visitable
 

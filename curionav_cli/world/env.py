@@ -1,4 +1,4 @@
-"""The world through gymnasium: perfect motion, RGB and depth, one run of many episodes."""
+"""A scene as a Gymnasium environment: perfect motion, RGB and depth, runs of many episodes."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from gymnasium import spaces
 from curionav_cli.constants import ACTIONS, FORWARD, HEADINGS, IMAGE_SHAPE, LEFT, RIGHT
 from curionav_cli.world import motion
 from curionav_cli.world.render.renderer import FAR, Renderer
-from curionav_cli.world.resets import Place, check_render_mode, episode_of, seed_of
+from curionav_cli.world.resets import EpisodeCounter, check_render_mode, episode_of, seed_of
 from curionav_cli.world.reward import Reward
 from curionav_cli.world.scene.scene import Scene
 
@@ -22,25 +22,25 @@ METADATA: dict[str, Any] = {"render_modes": ["rgb_array"], "render_fps": 10}
 
 
 def actions() -> spaces.Discrete:
-    """A space of its own: 0 forward 0.25 m, 1 left 10 degrees, 2 right 10 degrees."""
+    """A new action space: 0 forward 0.25 m, 1 left 10 degrees, 2 right 10 degrees."""
     return spaces.Discrete(len(ACTIONS))
 
 
 def observations() -> spaces.Dict:
-    """A space of its own: image (64, 64, 3) uint8, depth (64, 64) float32 metres."""
+    """A new observation space: image (64, 64, 3) uint8, depth (64, 64) float32 metres."""
     return spaces.Dict({"image": spaces.Box(0, 255, IMAGE_SHAPE, np.uint8),
                         "depth": spaces.Box(0.0, FAR, IMAGE_SHAPE[:2], np.float32)})
 
 
 class NavigationEnv(gymnasium.Env[Any, Any]):
-    """Actions: 0 forward 0.25 m, 1 left 10 degrees, 2 right 10 degrees. It never ends by itself.
+    """Navigation in one scene; a step never ends the episode. Actions: 0 forward 0.25 m, 1 left 10, 2 right 10 degrees.
 
     Observation: image (64, 64, 3) uint8 RGB, depth (64, 64) float32 metres along the optical axis, at most 10.
     Info, of one structure in every step: pose (3,) float64 x y yaw, collided () bool, episode_index int64. What changed
     in the world before this episode (moved objects, light) is `events`, a tuple of dicts.
     `reset(seed=s)` starts run s at the scene's start (options={"episode": k}: at its k-th episode), a plain `reset()`
-    goes back to the start for the next episode; reset_mode="continue": see resets.Place. reward: none, coverage or
-    count, the last two privileged (reward.Reward).
+    goes back to the start for the next episode; reset_mode="continue": see resets.EpisodeCounter. reward: none,
+    coverage or count, the last two privileged (reward.Reward).
     """
 
     metadata = METADATA
@@ -54,29 +54,29 @@ class NavigationEnv(gymnasium.Env[Any, Any]):
         self.reward = Reward(reward)
         self.events: tuple[dict[str, Any], ...] = ()
         self._renderer = Renderer(scene, engine)
-        self.place = Place(reset_mode)
+        self.counter = EpisodeCounter(reset_mode)
 
     @property
     def engine(self) -> str:
-        """What draws the pictures: numpy or numba."""
+        """The rendering engine: numpy or numba."""
         return self._renderer.engine
 
     @property
     def now(self) -> Scene:
-        """The scene of this episode: moved objects, light, and what can be reached among them."""
-        self.place.require()
+        """The scene of this episode, with moved objects and light. Raises ResetNeeded before the first reset."""
+        self.counter.require()
         return self._now
 
     def reset(self, *, seed: int | None = None,
               options: dict[str, Any] | None = None) -> tuple[Observation, dict[str, Any]]:
         seed, episode = seed_of(seed), episode_of(options)
         super().reset(seed=seed)
-        self.place.reset(seed, episode)
-        self._now, self.events = self.scene.at(self.place.episode, self.place.seed)
+        self.counter.reset(seed, episode)
+        self._now, self.events = self.scene.at(self.counter.episode, self.counter.seed)
         self._renderer = self._renderer.showing(self._now)
         self._x, self._y, self._heading = *self.scene.plan.start[:2], self.scene.start_heading
         self._seen: tuple[float, float, int] | None = None
-        self.reward.begin(self._now.plan, self._x, self._y)
+        self.reward.reset(self._now.plan, self._x, self._y)
         return self._observe(), self._info(False)
 
     def step(self, action: int) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
@@ -90,30 +90,30 @@ class NavigationEnv(gymnasium.Env[Any, Any]):
             self._heading = (self._heading - 1) % HEADINGS
         else:
             raise ValueError(f"action {action!r} is none of 0 forward, 1 left, 2 right")
-        earned = self.reward.land(self._x, self._y)
+        earned = self.reward.step(self._x, self._y)
         return self._observe(), earned, False, False, self._info(collided)
 
     def render(self) -> np.ndarray:
         """The camera image of the current pose, (64, 64, 3) uint8."""
-        self.place.require()
+        self.counter.require()
         return self._observe()["image"]
 
     def look(self, x, y, yaw) -> Observation:
-        """What the camera would see from other poses, (n,) each: image (n, 64, 64, 3), depth (n, 64, 64)."""
+        """Render other poses, (n,) each, yaw in radians: image (n, 64, 64, 3), depth (n, 64, 64). Nothing moves."""
         image, depth = self._renderer.look(x, y, yaw)
         return {"image": image, "depth": depth}
 
     def panorama(self, views: int = 4) -> Observation:
-        """The view all around: image (views, 64, 64, 3), depth alike, the first as in the observation."""
-        self.place.require()
+        """Render `views` directions all around, the first ahead: image (views, 64, 64, 3), depth (views, 64, 64)."""
+        self.counter.require()
         image, depth = self._renderer.panorama(self._x, self._y, self._heading, views)
         return {"image": image[0], "depth": depth[0]}
 
     def save(self, folder: Path) -> None:
-        """Nothing: an episode's world follows from scene, seed and number, and it begins at the start."""
+        """Write nothing: an episode's scene follows from scene file, seed and episode number."""
 
     def load(self, folder: Path) -> None:
-        """Nothing was saved."""
+        """Read nothing; see `save`."""
 
     def _observe(self) -> Observation:
         pose = (self._x, self._y, self._heading)
@@ -124,9 +124,9 @@ class NavigationEnv(gymnasium.Env[Any, Any]):
         return {"image": image.copy(), "depth": depth.copy()}
 
     def _info(self, collided: bool) -> dict[str, Any]:
-        return told((self._x, self._y, motion.YAW[self._heading]), collided, self.place.episode)
+        return step_info((self._x, self._y, motion.YAW[self._heading]), collided, self.counter.episode)
 
 
-def told(pose: Sequence[float], collided: bool, episode: int) -> dict[str, Any]:
-    """An info as every trainer can batch it: arrays and numpy numbers only."""
+def step_info(pose: Sequence[float], collided: bool, episode: int) -> dict[str, Any]:
+    """The info of a step as arrays and numpy numbers, which can be batched: pose (3,), collided (), episode_index."""
     return {"pose": np.array(pose), "collided": np.array(collided, bool), "episode_index": np.int64(episode)}

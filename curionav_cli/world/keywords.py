@@ -1,4 +1,4 @@
-"""A world from the keywords of gymnasium.make and make_vec; faults are told in the words of keywords."""
+"""A scene from the keywords of gymnasium.make and make_vec; error messages name the keywords."""
 
 from __future__ import annotations
 
@@ -17,11 +17,11 @@ from curionav_cli.world.settings import Env
 SETTINGS = [field.name for field in fields(Env)]
 
 
-def built(maker: Callable[..., Any], scene: str, settings: dict[str, Any]) -> tuple[Scene, str]:
-    """The scene conf/env/<scene>.yaml with these settings, of those that maker was called with, and its engine.
+def build_scene(maker: Callable[..., Any], scene: str, settings: dict[str, Any]) -> tuple[Scene, str]:
+    """Build the scene conf/env/<scene>.yaml with these settings, keywords of `maker`; returns it and its engine.
 
-    Raises TypeError for a keyword that is none, with Python's words, because some trainers try a keyword and go by
-    them; SceneError or MapError for a world that cannot be.
+    Raises TypeError for an unknown keyword, in Python's words, because some trainers try a keyword and match the
+    message; SceneError or MapError for a scene that cannot be built.
     """
     for key in settings:
         if key not in SETTINGS:
@@ -34,7 +34,7 @@ def built(maker: Callable[..., Any], scene: str, settings: dict[str, Any]) -> tu
         raise type(error)(as_keywords(str(error))) from None
 
 
-def as_keywords(words: str) -> str:
-    """'env.map=PATH.yaml', as it is typed at a prompt, is map='PATH.yaml' in Python."""
-    words = re.sub(r"(?<![\w./])env\.(\w+)=(PATH\.yaml|numpy|numba)", r"\1='\2'", words)
-    return re.sub(r"(?<![\w./])env\.(\w+)", r"\1", words)
+def as_keywords(message: str) -> str:
+    """Rewrite settings of the command line as keywords of Python: env.map=PATH.yaml as map='PATH.yaml'."""
+    message = re.sub(r"(?<![\w./])env\.(\w+)=(PATH\.yaml|numpy|numba)", r"\1='\2'", message)
+    return re.sub(r"(?<![\w./])env\.(\w+)", r"\1", message)

@@ -39,7 +39,7 @@ YAW = np.arange(HEADINGS) * (2 * np.pi / HEADINGS)
 
 
 def free_share(visitable: np.ndarray, cell: float, x, y, dx, dy) -> np.ndarray:
-    """How much of the straight moves from (x, y) by (dx, dy) stays on visitable cells: (n,) in [0, 1].
+    """The share of straight moves from (x, y) by (dx, dy), metres, that stays on visitable cells: (n,) in [0, 1].
 
     1.0 means that every cell the segment passes through is visitable, its landing cell included.
     """
@@ -71,7 +71,7 @@ def _crossings(position: np.ndarray, move: np.ndarray, lines: np.ndarray) -> np.
 
 
 def forward_clear(visitable: np.ndarray, cell: float, x, y, heading) -> np.ndarray:
-    """(n,) bool: does a forward move from each pose pass through visitable cells only?"""
+    """(n,) bool: true where a forward move from a pose passes through visitable cells only."""
     heading = np.asarray(heading)
     x, y = np.asarray(x, np.float64), np.asarray(y, np.float64)
     return free_share(visitable, cell, x, y, STEP_LENGTH * COS[heading], STEP_LENGTH * SIN[heading]) == 1.0
@@ -79,10 +79,10 @@ def forward_clear(visitable: np.ndarray, cell: float, x, y, heading) -> np.ndarr
 
 def forward(visitable: np.ndarray, cell: float, x: float, y: float, heading: int,
             mode: str = "cancel") -> tuple[float, float, bool]:
-    """One forward move: (x, y, collided). A cancelled move returns the very same x and y.
+    """One forward move: (x, y, collided). A cancelled move returns the same x and y.
 
-    mode: cancel (a move that would collide is not made), stop (it ends at the obstacle), slide (what
-    is left of it goes on along the obstacle, as in Habitat).
+    mode: cancel (a move that would collide is not made), stop (it ends at the obstacle), slide (the rest of it follows
+    the obstacle, as in Habitat).
     """
     dx, dy = float(STEP_LENGTH * COS[heading]), float(STEP_LENGTH * SIN[heading])
     share = _share(visitable, cell, x, y, dx, dy)

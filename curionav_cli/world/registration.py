@@ -1,4 +1,4 @@
-"""The names under which gymnasium knows the world; import-light, because it is loaded with gymnasium."""
+"""Registration of the scenes with Gymnasium; imports little, because it is loaded together with gymnasium."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ SCENES = {
     "curionav/LargeLab-v0": "large_lab",
     "curionav/Map-v0": "map",
 }
-STEPS = 500  # of an episode (paper: N); our own loop counts for itself
+STEPS = 500  # of an episode (paper: N); our own loop has loop.steps
 
 
 def register() -> None:
-    """Called by curionav_cli/__init__.py when gymnasium is there, or as soon as it is imported."""
+    """Register the scenes. Called by curionav_cli/__init__.py as soon as gymnasium is imported."""
     from gymnasium.envs.registration import register as register_one
     from gymnasium.envs.registration import registry
 
@@ -31,9 +31,9 @@ def register() -> None:
 
 def make(scene: str, render_mode: str | None = None, reward: str = "none", reset_mode: str = "restart",
          **settings: Any) -> NavigationEnv:
-    """A NavigationEnv on conf/env/<scene>.yaml; settings are keys of that file, as radius=0.2."""
+    """Make a NavigationEnv of conf/env/<scene>.yaml; settings are keys of that file, as radius=0.2."""
     from curionav_cli.world.env import NavigationEnv
-    from curionav_cli.world.keywords import built
+    from curionav_cli.world.keywords import build_scene
 
-    world, engine = built(make, scene, settings)
+    world, engine = build_scene(make, scene, settings)
     return NavigationEnv(world, render_mode, engine, reward, reset_mode)

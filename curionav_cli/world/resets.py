@@ -1,4 +1,4 @@
-"""What a reset and an environment may be asked for, one rule for a single world and for many."""
+"""Arguments of reset and of an environment, checked alike for a single environment and a vector of them."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ EPISODES = 2**63  # the number of an episode is below this: info holds it as int
 RESET_MODES = ("restart", "continue")
 
 
-class Place:
-    """Which episode of which run a world stands in: a seed names a run, and its episodes count from 0.
+class EpisodeCounter:
+    """The current run and episode: a seed names a run, and its episodes count from 0.
 
-    reset_mode restart: a reset with a seed begins that run, one without goes on to the next episode. continue: only
-    the first reset begins a run, all others go on, for trainers that seed every reset. An episode that is named in the
-    options is taken in both, of the run that the seed beside it names. Raises ValueError for another mode.
+    reset_mode restart: a reset with a seed begins that run, one without begins the next episode. continue: only the
+    first reset begins a run, later ones begin the next episode, for trainers that seed every reset. options["episode"]
+    selects an episode in both modes, of the run named by the seed beside it. Raises ValueError for another mode.
     """
 
     def __init__(self, reset_mode: str = "restart"):
@@ -28,20 +28,20 @@ class Place:
         self.seed, self.episode = 0, -1
 
     def reset(self, seed: int | None, episode: int | None) -> None:
-        """Go to where a reset with this seed and this option leads."""
+        """Set seed and episode for a reset with this seed and this episode of the options."""
         first = self.episode < 0
         if seed is not None and (first or episode is not None or not self.continues):
             self.seed, self.episode = seed, -1
         self.episode = self.episode + 1 if episode is None else episode
 
     def require(self) -> None:
-        """Raises ResetNeeded before the first reset."""
+        """Raise ResetNeeded before the first reset."""
         if self.episode < 0:
             raise ResetNeeded("No episode has begun: call reset() first.")
 
 
 def seed_of(seed: Any) -> int | None:
-    """The seed as an int. Raises gymnasium's Error for what is no integer from 0 to 2**64 - 1."""
+    """A seed as an int, or None. Raises gymnasium's Error for anything but an integer from 0 to 2**64 - 1."""
     if seed is None:
         return None
     if not isinstance(seed, int | np.integer):
@@ -58,12 +58,12 @@ def seeds_of(seed: Any, worlds: int) -> list[int | None]:
     if not isinstance(seed, list | tuple | np.ndarray):
         raise Error(f"seed must be an integer or a list of {worlds}, not {seed!r}.")
     if len(seed) != worlds:
-        raise ValueError(f"{len(seed)} seeds for {worlds} worlds: name one for each, None for one that goes on.")
+        raise ValueError(f"{len(seed)} seeds for {worlds} worlds: name one for each, None for the next episode.")
     return [seed_of(one) for one in seed]
 
 
 def episode_of(options: Mapping[str, Any] | None) -> int | None:
-    """The number in options["episode"]. Raises ValueError for what is no integer from 0 to 2**63 - 1."""
+    """The episode in the options, or None. Raises ValueError for anything but an integer from 0 to 2**63 - 1."""
     episode = (options or {}).get("episode")
     if episode is None:
         return None
@@ -73,7 +73,7 @@ def episode_of(options: Mapping[str, Any] | None) -> int | None:
 
 
 def mask_of(options: Mapping[str, Any] | None, worlds: int) -> np.ndarray:
-    """Which worlds to reset, (worlds,) bool: options["reset_mask"], or all. Raises ValueError for another shape."""
+    """The worlds to reset, (worlds,) bool: options["reset_mask"], or all. Raises ValueError for another shape."""
     mask = np.asarray((options or {}).get("reset_mask", np.ones(worlds, bool)))
     if mask.dtype != bool or mask.shape != (worlds,) or not mask.any():
         raise ValueError(f'options["reset_mask"] must be {worlds} booleans, one of them true at least, not {mask!r}.')
@@ -81,7 +81,7 @@ def mask_of(options: Mapping[str, Any] | None, worlds: int) -> np.ndarray:
 
 
 def check_render_mode(render_mode: Any, modes: list[str]) -> None:
-    """Raises ValueError for a mode that is none of these."""
+    """Raise ValueError for a mode that is none of these."""
     if render_mode is not None and render_mode not in modes:
         raise ValueError(
             f"render_mode must be {' or '.join(map(repr, modes))} or None, not {render_mode!r}. For a film wrap the "

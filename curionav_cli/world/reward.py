@@ -1,4 +1,4 @@
-"""What a step may earn in other people's trainers. Our own agents read no reward."""
+"""Extrinsic rewards for other trainers. The agents of this package use none of them."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ REWARDS = ("none", "coverage", "count")
 
 
 class Reward:
-    """What a step earns by the cell that it ends in, from the visits of this episode; the start counts as one.
+    """The reward of a step, by the visits of this episode to the cell in which it ends; the start is a visit.
 
-    none: 0.0. coverage: 1.0 for a visitable cell that is visited first in this episode. count: 1/sqrt(N) at a cell's
-    N-th visit. Both are privileged: they are told the true pose and the cells, which no robot sees.
-    Raises ValueError for another name.
+    none: 0.0. coverage: 1.0 for the first visit to a visitable cell. count: 1/sqrt(N) for a cell's N-th visit. The last
+    two are privileged: they use the true pose and the cells, which no robot measures. Raises ValueError for another
+    name.
     """
 
     def __init__(self, name: str = "none"):
@@ -24,13 +24,13 @@ class Reward:
             raise ValueError(f"reward must be one of {', '.join(REWARDS)}, not {name!r}.")
         self.name = name
 
-    def begin(self, plan: FloorPlan, x: float, y: float) -> None:
-        """An episode begins at (x, y), in metres."""
+    def reset(self, plan: FloorPlan, x: float, y: float) -> None:
+        """Begin an episode at (x, y), metres."""
         self.plan, self.visits = plan, np.zeros(plan.visitable.shape, np.int64)
-        self.land(x, y)
+        self.step(x, y)
 
-    def land(self, x: float, y: float) -> float:
-        """What the step earns that ends at (x, y), in metres."""
+    def step(self, x: float, y: float) -> float:
+        """The reward of a step that ends at (x, y), metres."""
         if self.name == "none":
             return 0.0
         cell = self.plan.cells(np.asarray(x), np.asarray(y))

@@ -1,4 +1,4 @@
-"""The settings of a scene: env/*.yaml."""
+"""Settings of a scene: conf/env/*.yaml."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ OPTIONAL = ("cell", "unknown_grey", "visitable", "visitable_radius")
 
 
 class Collision(Enum):
-    """A forward move that would hit something: is not made, ends there, or slides along (Habitat)."""
+    """A forward move that would collide is not made, ends at the obstacle, or slides along it (Habitat)."""
 
     cancel = "cancel"
     stop = "stop"
@@ -25,7 +25,7 @@ class Collision(Enum):
 
 
 class Engine(Enum):
-    """What draws the pictures: numpy, always there, or numba, faster, from the extra `fast`."""
+    """The rendering engine: numpy, always installed, or numba, faster, from the extra `fast`."""
 
     numpy = "numpy"
     numba = "numba"
@@ -45,7 +45,7 @@ class Env:
     note: str = ""
     size: list[float] | None = None  # x and y of the inside
     map: str | None = None  # the YAML file of a ROS map
-    overlay: str | None = None  # a YAML file with what the map does not know: the lists below, start, dock
+    overlay: str | None = None  # a YAML file with what the map does not hold: the lists below, start, dock
     unknown_grey: int | None = None  # the grey value that means unknown, whatever the thresholds say
     scale_occupied: int = 100  # of a map in mode scale or raw: the value, 1 to 100, from which a cell is a wall
     cell: float | None = None  # of the coverage grid; none: that of the map
@@ -60,7 +60,7 @@ class Env:
     visitable_sha256: str | None = None
     rooms: list[Any] = field(default_factory=list)
     walls: list[Any] = field(default_factory=list)
-    solids: list[Any] = field(default_factory=list)  # heights and materials of what a map shows as occupied
+    solids: list[Any] = field(default_factory=list)  # heights and materials of cells that a map shows as occupied
     posters: list[Any] = field(default_factory=list)
     lamps: list[Any] = field(default_factory=list)
     furniture: list[Any] = field(default_factory=list)

@@ -1,4 +1,4 @@
-"""Many worlds that step together: one call, and one batched drawing of all pictures that changed."""
+"""A vector environment: many worlds step in one call, and the images that changed are rendered in one batch."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ from gymnasium.vector.utils import batch_space
 from curionav_cli.constants import FORWARD, HEADINGS, IMAGE_SHAPE, LEFT, RIGHT
 from curionav_cli.world import motion
 from curionav_cli.world.env import METADATA, Observation, actions, observations
-from curionav_cli.world.keywords import built
+from curionav_cli.world.keywords import build_scene
 from curionav_cli.world.registration import STEPS
 from curionav_cli.world.render.renderer import Renderer
-from curionav_cli.world.resets import Place, check_render_mode, episode_of, mask_of, seeds_of
+from curionav_cli.world.resets import EpisodeCounter, check_render_mode, episode_of, mask_of, seeds_of
 from curionav_cli.world.reward import Reward
 from curionav_cli.world.scene.scene import Scene
 
@@ -25,13 +25,13 @@ Info = dict[str, Any]
 
 
 class NavigationVectorEnv(gymnasium.vector.VectorEnv[Any, Any, Any]):
-    """E NavigationEnvs in one: world i does what a single one with the same seed does, to the byte.
+    """E NavigationEnvs in one: world i equals a single one with the same seed, to the byte.
 
-    Info holds arrays: pose (E, 3), collided (E,), episode_index (E,), and `_pose` and so on, where they are known.
+    Info holds arrays: pose (E, 3), collided (E,), episode_index (E,), and their masks `_pose`, `_collided` and so on.
     A world ends only if max_episode_steps says so. Then autoreset_mode counts: SAME_STEP puts it back to the start in
-    the same step, so that every action is carried out (what was seen last is in final_obs and final_info); NEXT_STEP
-    in the next one, whose action is ignored; DISABLED leaves it to `reset(options={"reset_mask": mask})`, which sends
-    some worlds back in every mode. reward and reset_mode: as of NavigationEnv.
+    the same step, so that every action is carried out (final_obs and final_info hold the last observation); NEXT_STEP
+    in the next one, whose action is ignored; DISABLED leaves it to `reset(options={"reset_mask": mask})`, which resets
+    some worlds in every mode. reward and reset_mode: as of NavigationEnv.
     """
 
     metadata: dict[str, Any] = METADATA | {"autoreset_mode": AutoresetMode.SAME_STEP}
@@ -48,7 +48,7 @@ class NavigationVectorEnv(gymnasium.vector.VectorEnv[Any, Any, Any]):
         self.single_action_space, self.single_observation_space = actions(), observations()
         self.action_space = batch_space(actions(), num_envs)
         self.observation_space = batch_space(observations(), num_envs)
-        self._places = [Place(reset_mode) for _ in range(num_envs)]
+        self._counters = [EpisodeCounter(reset_mode) for _ in range(num_envs)]
         self._rewards = [Reward(reward) for _ in range(num_envs)]
         self._events: list[tuple[dict[str, Any], ...]] = [()] * num_envs
         self._now = [scene] * num_envs
@@ -62,7 +62,7 @@ class NavigationVectorEnv(gymnasium.vector.VectorEnv[Any, Any, Any]):
 
     @property
     def engine(self) -> str:
-        """What draws the pictures: numpy or numba."""
+        """The rendering engine: numpy or numba."""
         return self._renderers[0].engine
 
     @property
@@ -72,19 +72,19 @@ class NavigationVectorEnv(gymnasium.vector.VectorEnv[Any, Any, Any]):
 
     @property
     def events(self) -> list[tuple[dict[str, Any], ...]]:
-        """What changed in each world before its episode."""
+        """The changes in each world before its episode: moved objects, light."""
         return list(self._events)
 
     def reset(self, *, seed: int | list[int | None] | None = None,
               options: dict[str, Any] | None = None) -> tuple[Observation, Info]:
-        """seed s gives the worlds the runs s, s + 1, ...; a list names them; None sends them to the next episode."""
+        """Reset the worlds. seed s: runs s, s + 1, ...; a list: one run for each; None: the next episode of each."""
         seeds, episode = seeds_of(seed, self.num_envs), episode_of(options)
         mask = mask_of(options, self.num_envs)
         named = [one for one in seeds if one is not None]
         super().reset(seed=named[0] if named else None)
         self._begin(mask, seeds, episode)
         self._started()
-        self._see(mask)
+        self._render(mask)
         return self._observation(), self._info(np.zeros(self.num_envs, bool), mask)
 
     def step(self, actions: np.ndarray) -> tuple[Observation, np.ndarray, np.ndarray, np.ndarray, Info]:
@@ -95,8 +95,8 @@ class NavigationVectorEnv(gymnasium.vector.VectorEnv[Any, Any, Any]):
         again, over = self._over.copy(), np.zeros(self.num_envs, bool)  # again: only in NEXT_STEP
         changed, collided = self._act(actions, ~again)
         self._begin(again)
-        self._see(changed | again)
-        earned = self._earned(~again)
+        self._render(changed | again)
+        earned = self._reward(~again)
         self._steps += ~again
         if self.max_episode_steps is not None:
             over = self._steps >= self.max_episode_steps
@@ -104,7 +104,7 @@ class NavigationVectorEnv(gymnasium.vector.VectorEnv[Any, Any, Any]):
         if self.autoreset_mode is not AutoresetMode.SAME_STEP:
             self._over = over
         elif over.any():
-            info = self._start_again(over, info)
+            info = self._reset_ended(over, info)
         return self._observation(), earned, np.zeros(self.num_envs, bool), over.copy(), info
 
     def render(self) -> tuple[np.ndarray, ...]:
@@ -113,18 +113,18 @@ class NavigationVectorEnv(gymnasium.vector.VectorEnv[Any, Any, Any]):
         return tuple(self._image.copy())
 
     def look(self, x, y, yaw) -> Observation:
-        """What the camera would see from one other pose in each world, (E,) each; nothing moves."""
+        """Render one other pose in each world, (E,) each, yaw in radians. Nothing moves."""
         return self._drawn(np.arange(self.num_envs), Renderer.look, *map(np.asarray, (x, y, yaw)))
 
     def panorama(self, views: int = 4) -> Observation:
-        """The view all around: image (E, views, 64, 64, 3), depth alike, the first as in the observation."""
+        """Render `views` directions around each pose, the first ahead: image (E, views, 64, 64, 3), depth alike."""
         self._started()
         return self._drawn(np.arange(self.num_envs), Renderer.panorama, self._x, self._y, self._heading, views=views)
 
     def _started(self) -> None:
-        """Raises ResetNeeded where a world has not begun, or has ended and nothing begins it again."""
-        for place in self._places:
-            place.require()
+        """Raise ResetNeeded where a world was never reset, or has ended and is not reset automatically."""
+        for counter in self._counters:
+            counter.require()
         if self.autoreset_mode is AutoresetMode.DISABLED and self._over.any():
             raise ResetNeeded(f"The episodes of worlds {np.flatnonzero(self._over).tolist()} have ended: call "
                               'reset(options={"reset_mask": mask}) first, or choose another autoreset_mode.')
@@ -146,47 +146,47 @@ class NavigationVectorEnv(gymnasium.vector.VectorEnv[Any, Any, Any]):
         self._x[world], self._y[world] = x, y
         return (x, y) != before, collided
 
-    def _earned(self, acting: np.ndarray) -> np.ndarray:
-        """The reward of this step, (E,); 0.0 of a world that has only begun again."""
+    def _reward(self, acting: np.ndarray) -> np.ndarray:
+        """The reward of this step, (E,); 0.0 of a world that was only reset."""
         where = zip(self._rewards, self._x.tolist(), self._y.tolist(), acting.tolist(), strict=True)
-        return np.array([reward.land(x, y) if acts else 0.0 for reward, x, y, acts in where])
+        return np.array([reward.step(x, y) if acts else 0.0 for reward, x, y, acts in where])
 
     def _begin(self, which: np.ndarray, seeds: list[int | None] | None = None, episode: int | None = None) -> None:
-        """The worlds of this mask stand at the start of their next episode, or of the one that is asked for."""
+        """Begin the next episode in the worlds of this mask, or the one given."""
         start = self.scene.plan.start
         for world in np.flatnonzero(which).tolist():
-            place = self._places[world]
-            place.reset(seeds[world] if seeds else None, episode)
-            now, self._events[world] = self.scene.at(place.episode, place.seed)
-            self._now[world], self._brightness[world], self._episode[world] = now, now.brightness, place.episode
+            counter = self._counters[world]
+            counter.reset(seeds[world] if seeds else None, episode)
+            now, self._events[world] = self.scene.at(counter.episode, counter.seed)
+            self._now[world], self._brightness[world], self._episode[world] = now, now.brightness, counter.episode
             self._renderers[world] = self._renderers[world].showing(now)
-            self._rewards[world].begin(now.plan, start.x, start.y)
+            self._rewards[world].reset(now.plan, start.x, start.y)
         self._x[which], self._y[which] = start[:2]
         self._heading[which], self._steps[which], self._over[which] = self.scene.start_heading, 0, False
 
-    def _start_again(self, ended: np.ndarray, last: Info) -> Info:
-        """The info of a step after which the worlds of this mask began again."""
+    def _reset_ended(self, ended: np.ndarray, last: Info) -> Info:
+        """Reset the worlds of this mask; the info of the step, with their last observations and infos."""
         final = np.full(self.num_envs, None, object)
         for world in np.flatnonzero(ended).tolist():
             final[world] = {"image": self._image[world].copy(), "depth": self._depth[world].copy()}
-        known = {key: ended for key in last if key.startswith("_")}
+        masks = {key: ended for key in last if key.startswith("_")}
         self._begin(ended)
-        self._see(ended)
+        self._render(ended)
         return {**self._info(last["collided"] & ~ended), "final_obs": final, "_final_obs": ended,
-                "final_info": {**last, **known}, "_final_info": ended}
+                "final_info": {**last, **masks}, "_final_info": ended}
 
-    def _see(self, mask: np.ndarray) -> None:
+    def _render(self, mask: np.ndarray) -> None:
         which = np.flatnonzero(mask)
         if len(which):
-            seen = self._drawn(which, Renderer.render, self._x[which], self._y[which], self._heading[which])
-            self._image[which], self._depth[which] = seen["image"], seen["depth"]
+            images = self._drawn(which, Renderer.render, self._x[which], self._y[which], self._heading[which])
+            self._image[which], self._depth[which] = images["image"], images["depth"]
 
     def _drawn(self, which: np.ndarray, draw: Callable[..., tuple[np.ndarray, np.ndarray]], *poses: np.ndarray,
                **how: Any) -> Observation:
-        """Pictures of worlds `which`, one drawing for all worlds in which the same things stand alike."""
+        """Images of worlds `which`, in one call for all worlds whose objects stand alike."""
         groups: dict[int, list[int]] = {}
         for place, world in enumerate(which.tolist()):
-            groups.setdefault(id(self._renderers[world].view), []).append(place)
+            groups.setdefault(id(self._renderers[world].camera), []).append(place)
         pieces = [draw(self._renderers[which[group[0]]], *(part[group] for part in poses),
                        brightness=self._brightness[which[group]], **how) for group in groups.values()]
         if len(pieces) == 1:
@@ -198,22 +198,22 @@ class NavigationVectorEnv(gymnasium.vector.VectorEnv[Any, Any, Any]):
     def _observation(self) -> Observation:
         return {"image": self._image.copy(), "depth": self._depth.copy()}
 
-    def _info(self, collided: np.ndarray, known: np.ndarray | None = None) -> Info:
-        """known: the mask of the worlds that this info is about; none: of all."""
-        known = np.ones(self.num_envs, bool) if known is None else known
+    def _info(self, collided: np.ndarray, mask: np.ndarray | None = None) -> Info:
+        """The info of the worlds of this mask, or of all."""
+        mask = np.ones(self.num_envs, bool) if mask is None else mask
         pose = np.stack([self._x, self._y, motion.YAW[self._heading]], axis=1)
         info = {"pose": pose, "collided": collided, "episode_index": self._episode.copy()}
-        return info | {f"_{key}": known.copy() for key in info}
+        return info | {f"_{key}": mask.copy() for key in info}
 
 
 def check_end(max_episode_steps: int | None) -> None:
-    """Raises ValueError for a number of steps that no episode can have."""
+    """Raise ValueError unless max_episode_steps is a positive integer or None."""
     if max_episode_steps is not None and not (isinstance(max_episode_steps, int) and max_episode_steps >= 1):
         raise ValueError(f"max_episode_steps must be 1 or more, or None, not {max_episode_steps!r}.")
 
 
 def mode_of(name: AutoresetMode | str) -> AutoresetMode:
-    """The mode, also by gymnasium's name of it. Raises ValueError for another one."""
+    """An AutoresetMode from itself or its value. Raises ValueError for another one."""
     try:
         return AutoresetMode(name)
     except ValueError:
@@ -224,11 +224,11 @@ def mode_of(name: AutoresetMode | str) -> AutoresetMode:
 def make(scene: str, num_envs: int = 1, render_mode: str | None = None, max_episode_steps: int | None = None,
          autoreset_mode: AutoresetMode | str = AutoresetMode.SAME_STEP, reward: str = "none",
          reset_mode: str = "restart", **settings: Any) -> NavigationVectorEnv:
-    """num_envs worlds on conf/env/<scene>.yaml, for gymnasium.make_vec; settings are keys of that file.
+    """Make a NavigationVectorEnv of conf/env/<scene>.yaml, for gymnasium.make_vec; settings are keys of that file.
 
     max_episode_steps: as of gymnasium.make, None for the 500 of the registration, -1 for no end.
     """
-    world, engine = built(make, scene, settings)
+    world, engine = build_scene(make, scene, settings)
     limit = STEPS if max_episode_steps is None else max_episode_steps
     return NavigationVectorEnv(world, num_envs, render_mode, engine, None if limit == -1 else limit, autoreset_mode,
                                reward, reset_mode)

@@ -67,12 +67,12 @@ def test_runs_of_dock_are_counted_too(cli: Cli, tmp_path: Path) -> None:
 
 
 def test_the_diagram_has_every_phase_and_what_was_passed_through(tmp_path: Path) -> None:
-    assert set(PLACES) == set(Phase)
+    assert set(PLACES) == {phase.value for phase in Phase}
     room = composed("env=small_room", "agent=bounce", "robot=turtlebot2i", "loop.steps=20")
     moves = diagram.watched(room, 2)
-    assert moves[Phase.idle, Phase.staging] == 2
-    assert sum(count for (_, after), count in moves.items() if after in (Phase.docked, Phase.failed)) == 2
-    drawn = docking_diagram.diagram(moves, ["rescan"], "two").axes[0]
+    assert moves["idle", "nav_to_staging"] == 2
+    assert sum(count for (_, after), count in moves.items() if after in ("docked", "human_intervention")) == 2
+    drawn = docking_diagram.diagram(moves, ["rescan"], ["cancelled"], "two").axes[0]
     words = [text.get_text().replace("\n", "_") for text in drawn.texts]
     assert {phase.value for phase in Phase} <= set(words) and "2" in words
 

@@ -30,7 +30,7 @@ def test_the_file_is_named(cli: Cli, tmp_path: Path, old: str, new: str, said: s
 @pytest.mark.parametrize(("typed", "said"), [
     ("env.start=[99,99,0]", "env.start=[99,99,0]: the start (99, 99) is inside a wall"),
     ("env.visitable=7", "env.visitable=7: promises visitable: 7 cells and has 449"),
-    ("env.camera=7", "env.camera=7: camera (7 m) must be below the ceiling"),
+    ("env.camera=7", "env.camera (7 m) must be below the ceiling, env.height (2.4 m)"),
 ])
 def test_what_was_typed_is_blamed_and_not_our_file(cli: Cli, typed: str, said: str) -> None:
     answer = cli("explore", "agent=random", "env.fov=80", typed)

@@ -57,3 +57,12 @@ def test_a_closed_pipe_is_no_failure(tmp_path: Path, monkeypatch: pytest.MonkeyP
 def test_a_table_does_not_end_the_process_behind_our_back() -> None:
     with pytest.raises(Unread):
         Screen().on_broken_pipe()
+
+
+@pytest.mark.parametrize("words", [("--help",), ("explore", "--help"), ("list", "env")])
+def test_what_nobody_reads_at_all_is_no_failed_run(words: tuple[str, ...]) -> None:
+    unread, stdout = os.pipe()
+    os.close(unread)
+    with os.fdopen(stdout, "w") as closed:
+        answer = subprocess.run([sys.executable, "-m", "curionav_cli", *words], stdout=closed, stderr=subprocess.PIPE)
+    assert (answer.returncode, answer.stderr) == (141, b"")

@@ -94,7 +94,19 @@ def test_the_mean_over_environments_is_welchs_with_two_of_them(rng):
     assert np.isnan(statistics.mean_of_means([x, y[:1]]).low)
 
 
-@pytest.mark.parametrize("n", [1, 4, 9])
+@pytest.mark.parametrize(("count", "n"), [(0, 1), (1, 1), (0, 5), (3, 5), (5, 5), (572, 596), (1324, 1800)])
+def test_the_interval_of_a_share_is_wilsons_formula(count, n):
+    share, z = count / n, stats.norm.ppf(0.975)
+    middle, half = share + z**2 / (2 * n), z * np.sqrt(share * (1 - share) / n + z**2 / (4 * n**2))
+    assert statistics.share_interval(count, n) == pytest.approx(
+        (share, (middle - half) / (1 + z**2 / n), (middle + half) / (1 + z**2 / n)), abs=1e-12)
+
+
+def test_a_share_without_a_trial_is_not_a_number():
+    assert np.isnan(statistics.share_interval(0, 0)).all()
+
+
+@pytest.mark.parametrize("n", [1, 4, 5, 9])
 def test_the_sign_flip_test_tries_every_assignment(rng, n):
     difference = rng.normal(0.3, 1, n)
     sums = [abs(sum(sign * d for sign, d in zip(signs, difference)))
@@ -106,7 +118,7 @@ def test_the_sign_flip_test_tries_every_assignment(rng, n):
     assert reference is None or by_hand == pytest.approx(reference.pvalue)
 
 
-def test_five_pairs_on_one_side_cannot_say_more_than_one_in_sixteen(rng):
+def test_the_smallest_p_of_five_pairs_is_one_in_sixteen(rng):
     assert statistics.sign_flip_test(np.array([0.1, 0.2, 0.3, 0.1, 0.5]), rng) == 2 / 2**5
     assert statistics.sign_flip_test(np.zeros(5), rng) == 1.0
 

@@ -1,4 +1,4 @@
-"""A real robot in the small room, at any place of it, with its docking server: for tests of homecomings."""
+"""A real robot in the small room, at any place of it, with its docking server: for tests of the return to dock."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from curionav_cli.config.sources import opened
 from curionav_cli.records import Pose
 from curionav_cli.robot.charging_dock import ChargingDock
 from curionav_cli.robot.docking.action import Feedback, Goal
-from curionav_cli.robot.docking.server import Docking
+from curionav_cli.robot.docking.server import DockingServer
 from curionav_cli.robot.localiser import Localiser
 from curionav_cli.robot.navigation import Navigator
 from curionav_cli.robot.occupancy import Occupancy
@@ -35,29 +35,32 @@ def composed(env: str = "small_room", robot: str = "turtlebot2i") -> tuple[Confi
 
 
 class Dockside:
-    """robot: body, base, localiser, map, server. at: (metres before the dock, to its left, degrees off facing it)."""
+    """A robot with its server. at: (metres before the dock, metres to its left, degrees off facing it).
 
-    def __init__(self, at: tuple[float, float, float] = (1.0, 0.0, 0.0), believed: tuple[float, float] = (0.0, 0.0),
-                 seed: int = 0, **docking: Any):
+    estimate_error: of the localiser's start, metres away from the dock and to its left.
+    """
+
+    def __init__(self, at: tuple[float, float, float] = (1.0, 0.0, 0.0),
+                 estimate_error: tuple[float, float] = (0.0, 0.0), seed: int = 0, **docking: Any):
         settings, self.scene = composed()
         self.profile = replace(settings.robot, docking=replace(settings.robot.docking, **docking))
         dock = self.scene.dock
         ahead = np.array([math.cos(dock.yaw), math.sin(dock.yaw)])
         aside = np.array([-ahead[1], ahead[0]])
         place = np.array(dock[:2]) + at[0] * ahead + at[1] * aside
-        wrong = believed[0] * ahead + believed[1] * aside
+        wrong = estimate_error[0] * ahead + estimate_error[1] * aside
         yaw = dock.yaw + math.pi + math.radians(at[2])
         station = ChargingDock(dock, self.scene.plan.radius, self.profile.docking.contact)
         self.body = SimulatedRobot(self.profile, np.random.default_rng(seed), station.outline)
-        self.body.enter(self.scene, Pose(float(place[0]), float(place[1]), yaw))
+        self.body.place(self.scene, Pose(float(place[0]), float(place[1]), yaw))
         self.base = RobotBase(self.body, dock, self.scene.plan.radius, self.profile, np.random.default_rng(seed + 1))
         self.localiser = Localiser(self.profile, Pose(float(place[0] + wrong[0]), float(place[1] + wrong[1]), yaw))
         self.map = Occupancy()
         self.map.insert(self.localiser.pose, self.body.scan())
-        self.homing = Navigator(self.base, self.localiser, self.map, self.scene.plan.radius, self.profile.step)
-        self.server = Docking(self.base, self.localiser, self.homing, self.profile.docking)
+        self.navigator = Navigator(self.base, self.localiser, self.map, self.scene.plan.radius, self.profile.step)
+        self.server = DockingServer(self.base, self.localiser, self.navigator, self.profile.docking)
 
-    def ask(self, navigate: bool = True) -> Dockside:
+    def send_goal(self, navigate: bool = True) -> Dockside:
         self.server.request(Goal(self.scene.dock, navigate))
         return self
 
@@ -67,10 +70,10 @@ class Dockside:
             feedback = self.server.tick()
             if self.server.code or done(feedback):
                 return feedback
-        raise AssertionError(f"nothing came of it in {ticks} ticks: {feedback}")
+        raise AssertionError(f"no result in {ticks} ticks: {feedback}")
 
-    def ended(self) -> str:
-        """See the goal to its end: its code's name. The wheels stand still then, and stay so."""
+    def result(self) -> str:
+        """Tick until the goal ends; the name of its code. The wheels stand still then, and stay so."""
         self.until(lambda feedback: False)
         assert self.base.velocity == (0.0, 0.0)
         before = self.body.pose

@@ -9,11 +9,11 @@ from curionav_cli.robot.ekf import (
     SCALE,
     YAW,
     Ekf,
-    limit,
+    chi_square_bound,
     motion_jacobians,
     motion_model,
-    motion_since,
-    since_jacobian,
+    relative_motion,
+    relative_motion_jacobian,
 )
 
 MEAN = np.array([1.2, -0.7, 0.9, 0.01, 0.03, -0.02])
@@ -26,7 +26,7 @@ def slope(function, at, step=1e-6):
     return np.stack([(function(at + nudge) - function(at - nudge)) / (2 * step) for nudge in nudges], axis=1)
 
 
-@pytest.mark.parametrize("mean", [MEAN, LONG], ids=["own", "with a remembered pose"])
+@pytest.mark.parametrize("mean", [MEAN, LONG], ids=["own", "with a cloned pose"])
 @pytest.mark.parametrize(("wheel", "gyro", "seconds"), [(0.25, 0.0, 0.6), (0.0, -0.17, 0.6), (-0.1, 0.3, 0.1)])
 def test_the_jacobians_of_a_move_are_its_derivatives(mean, wheel, gyro, seconds):
     by_state, by_noise = motion_jacobians(mean, wheel, gyro, seconds)
@@ -42,7 +42,7 @@ def test_the_jacobians_of_a_move_are_its_derivatives(mean, wheel, gyro, seconds)
 
 
 def test_the_jacobian_of_a_scan_to_scan_motion_is_its_derivative():
-    assert since_jacobian(LONG) == pytest.approx(slope(motion_since, LONG), abs=1e-8)
+    assert relative_motion_jacobian(LONG) == pytest.approx(slope(relative_motion, LONG), abs=1e-8)
 
 
 def test_a_wrong_jacobian_would_be_seen():
@@ -51,9 +51,9 @@ def test_a_wrong_jacobian_would_be_seen():
     assert by_state != pytest.approx(slope(lambda m: motion_model(m, 0.25, 0.1, 0.6), MEAN), abs=1e-8)
 
 
-def test_the_limit_of_the_gate_is_the_chi_square_quantile():
-    assert limit(0.997, 3) == pytest.approx(13.931, abs=1e-3)  # tables of the chi-square distribution
-    assert limit(0.95, 2) == pytest.approx(5.991, abs=1e-3)
+def test_the_bound_of_the_gate_is_the_chi_square_quantile():
+    assert chi_square_bound(0.997, 3) == pytest.approx(13.931, abs=1e-3)  # tables of the chi-square distribution
+    assert chi_square_bound(0.95, 2) == pytest.approx(5.991, abs=1e-3)
 
 
 def start(sd=(0.1, 0.1, 0.05, 1e-4, 0.01, 0.003), mean=MEAN):
@@ -77,7 +77,7 @@ def test_a_yaw_across_the_seam_is_near(yaw):
     assert abs(np.angle(np.exp(1j * (ekf.mean[YAW] - yaw)))) < 0.001 < abs(before - yaw)
 
 
-def test_an_outlier_is_refused_by_the_gate_alone():
+def test_an_outlier_is_rejected_by_the_gate_alone():
     far, variance = np.array([9.0, 9.0, 0.0]), 0.01 * np.eye(3)
     gated, open_to_all = start(), start()
     assert not gated.update_pose(far, variance, gate=0.997) and gated.rejected == 1
@@ -89,25 +89,25 @@ def test_a_measurement_that_is_not_a_number_changes_nothing():
     ekf = start()
     before = ekf.mean.copy(), ekf.covariance.copy()
     assert not ekf.update_pose(np.array([1.0, np.nan, 0.0]), np.eye(3)) and ekf.rejected == 0
-    assert not ekf.update_rate(np.inf, 1e-6)
+    assert not ekf.update_zero_rate(np.inf, 1e-6)
     assert np.array_equal(ekf.mean, before[0]) and np.array_equal(ekf.covariance, before[1])
 
 
-def test_what_is_remembered_is_the_pose_of_then():
+def test_the_cloned_pose_stays_where_it_was():
     ekf = start()
     ekf.clone_pose()
-    assert motion_since(ekf.mean) == pytest.approx([0, 0, 0])
+    assert relative_motion(ekf.mean) == pytest.approx([0, 0, 0])
     ekf.predict(0.25, 0.0, 0.6, (1e-4, 1e-6, 1e-12))
     turn = -0.006 / 0.98
     expected = [0.25 / 1.03 * np.cos(turn / 2), 0.25 / 1.03 * np.sin(turn / 2), turn]
-    assert motion_since(ekf.mean) == pytest.approx(expected, abs=1e-9)
-    spread = since_jacobian(ekf.mean) @ ekf.covariance @ since_jacobian(ekf.mean).T
-    assert spread[0, 0] == pytest.approx(1e-4 + (0.25 / 1.03**2 * 0.01) ** 2, rel=0.02), "the sd of then cancels"
+    assert relative_motion(ekf.mean) == pytest.approx(expected, abs=1e-9)
+    spread = relative_motion_jacobian(ekf.mean) @ ekf.covariance @ relative_motion_jacobian(ekf.mean).T
+    assert spread[0, 0] == pytest.approx(1e-4 + (0.25 / 1.03**2 * 0.01) ** 2, rel=0.02), "that of the clone cancels"
     ekf.clone_pose()
     assert ekf.mean.shape == (9,) and ekf.covariance.shape == (9, 9)
 
 
-def test_a_motion_told_exactly_corrects_the_scale_of_the_wheels():
+def test_an_exact_motion_corrects_the_scale_of_the_wheels():
     ekf = Ekf(np.zeros(6), np.diag(np.square([0.1, 0.1, 0.1, 1e-9, 0.05, 1e-9])))
     for _ in range(50):
         ekf.clone_pose()
@@ -117,12 +117,12 @@ def test_a_motion_told_exactly_corrects_the_scale_of_the_wheels():
 
 
 @pytest.mark.parametrize("steps", [3000, pytest.param(100_000, marks=pytest.mark.slow)])
-def test_the_covariance_stays_one(steps):
+def test_the_covariance_stays_symmetric_and_positive(steps):
     ekf, rng = start(), np.random.default_rng(0)
     ekf.clone_pose()
     for step in range(steps):
         ekf.predict(0.25, rng.normal(0, 0.2), 0.6, (5e-5, 5e-7, 7e-11))
-        ekf.update_motion(motion_since(ekf.mean), np.diag([1e-4, 1e-4, 2e-5]))
+        ekf.update_motion(relative_motion(ekf.mean), np.diag([1e-4, 1e-4, 2e-5]))
         ekf.clone_pose()
         if step % 500 == 0:
             ekf.update_pose(ekf.mean[:3].copy(), np.diag([1e-4, 1e-4, 3e-4]))

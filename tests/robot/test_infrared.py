@@ -61,8 +61,8 @@ def test_frames_are_missed_at_the_given_rate_and_remembered_for_four() -> None:
     frames = [light.frame(Pose(2.0, 2.0, FACING))[1] for _ in range(2000)]
     assert sum(map(bool, frames)) == pytest.approx(1000, abs=5 * math.sqrt(500))
     light = infrared()
-    assert light.see(Pose(2.0, 2.0, FACING))[1]
-    gone = [light.see(Pose(2.0, 2.0, -FACING))[1] for _ in range(4)]
+    assert light.receive(Pose(2.0, 2.0, FACING))[1]
+    gone = [light.receive(Pose(2.0, 2.0, -FACING))[1] for _ in range(4)]
     assert [bool(bits) for bits in gone] == [True, True, True, False]
 
 
@@ -87,7 +87,7 @@ def approached(pose: Pose, seconds: float = 200.0) -> tuple[Pose, list[State]]:
     """A robot without noise that obeys the drive until current flows; where it ends, what it did."""
     drive, light, states, turned = Approach(SPEEDS), infrared(), [], 0.0
     for _ in range(round(seconds / 0.1)):
-        speed, turn = drive.tick(light.see(pose), turned)
+        speed, turn = drive.tick(light.receive(pose), turned)
         turned = 0.1 * turn
         yaw = pose.yaw + 0.5 * turned
         pose = Pose(pose.x + 0.1 * speed * math.cos(yaw), pose.y + 0.1 * speed * math.sin(yaw), pose.yaw + turned)

@@ -1,4 +1,4 @@
-"""Does the filter know how wrong it is? Its error against its own covariance over many robots, and faults."""
+"""Consistency of the filter: its error against its own covariance over many robots (NEES); faults of sensors."""
 
 from dataclasses import replace
 
@@ -11,7 +11,7 @@ from curionav_cli.records import Pose
 from curionav_cli.robot.ekf import BIAS, YAW, X, Y
 from curionav_cli.robot.env import RobotEnv
 from curionav_cli.robot.localiser import Localiser
-from curionav_cli.robot.measurements import Scan, Sensed, Shift
+from curionav_cli.robot.measurements import Reading, Scan, Shift
 from curionav_cli.robot.settings import Localisation
 from curionav_cli.robot.simulated_robot import SimulatedRobot
 from curionav_cli.world.env import NavigationEnv
@@ -45,13 +45,13 @@ def blind(turtlebot):
     return replace(turtlebot, localisation=Localisation.none)
 
 
-def a_robot(profile, scene, seed, believed=None):
+def a_robot(profile, scene, seed, assumed=None):
     """A body and a localiser that starts as an episode does."""
     body = SimulatedRobot(profile, np.random.default_rng([seed, 0]))
     offset = np.random.default_rng([seed, 1]).standard_normal(3)
     spread = (profile.filter.dock_position, profile.filter.dock_position, np.radians(profile.filter.dock_yaw))
-    body.enter(scene, np.array(scene.plan.start) + offset * spread)
-    return body, Localiser(believed or profile, scene.plan.start)
+    body.place(scene, np.array(scene.plan.start) + offset * spread)
+    return body, Localiser(assumed or profile, scene.plan.start)
 
 
 def wander(body, localiser, rng, steps, scans=False):
@@ -60,10 +60,10 @@ def wander(body, localiser, rng, steps, scans=False):
     for _ in range(steps):
         if turns == 0 and rng.random() < 0.1:
             turns, side = int(rng.integers(3, 19)), int(rng.choice([-1, 1]))
-        sensed = body.drive(0.0, side * np.radians(10), 0.6) if turns else body.drive(0.25, 0.0, 0.6)
+        reading = body.drive(0.0, side * np.radians(10), 0.6) if turns else body.drive(0.25, 0.0, 0.6)
         turns = max(0, turns - 1)
-        localiser.update(sensed, body.scan() if scans else None)
-        yield sensed
+        localiser.update(reading, body.scan() if scans else None)
+        yield reading
 
 
 def error(body, localiser):
@@ -72,11 +72,11 @@ def error(body, localiser):
     return off
 
 
-def surprises(profile, scene, believed=None, seeds=SEEDS, scans=False):
-    """Normalised errors squared (seeds, slices): error' P^-1 error, chi-square of 3 where P is true."""
+def nees(profile, scene, assumed=None, seeds=SEEDS, scans=False):
+    """Normalised estimation errors squared (seeds, slices): error' P^-1 error, chi-square of 3 where P is right."""
     found = np.empty((seeds, STEPS // SLICE))
     for seed in range(seeds):
-        body, localiser = a_robot(profile, scene, seed, believed)
+        body, localiser = a_robot(profile, scene, seed, assumed)
         for step, _ in enumerate(wander(body, localiser, np.random.default_rng([seed, 2]), STEPS, scans), start=1):
             if step % SLICE == 0:
                 off = error(body, localiser)
@@ -84,34 +84,34 @@ def surprises(profile, scene, believed=None, seeds=SEEDS, scans=False):
     return found
 
 
-def test_its_error_is_as_large_as_it_says(blind, empty):
-    found = surprises(blind, empty)
+def test_nees_by_odometry_is_within_its_chi_square_bounds(blind, empty):
+    found = nees(blind, empty)
     assert MEAN_BAND[0] < found.mean() < MEAN_BAND[1]
     assert SLICE_BAND[0] < found.mean(axis=0).min() and found.mean(axis=0).max() < SLICE_BAND[1]
 
 
-def test_a_wrong_noise_does_not_pass(blind, empty):
+def test_nees_with_a_wrong_noise_is_not(blind, empty):
     """Half of every standard deviation, and twice of it."""
     for factor, outside in ((0.5, lambda mean: mean > 2 * MEAN_BAND[1]), (2.0, lambda mean: mean < MEAN_BAND[0] / 2)):
-        believed = replace(
+        assumed = replace(
             blind, odometry=replace(blind.odometry, scale=factor * blind.odometry.scale,
                                     noise=factor * blind.odometry.noise),
             gyro=replace(blind.gyro, scale=factor * blind.gyro.scale, noise=factor * blind.gyro.noise,
                          bias=factor * blind.gyro.bias, walk=factor * blind.gyro.walk),
             filter=replace(blind.filter, dock_position=factor * 0.01, dock_yaw=factor * 1.0))
-        assert outside(surprises(blind, empty, believed, seeds=40).mean())
+        assert outside(nees(blind, empty, assumed, seeds=40).mean())
 
 
 @pytest.mark.slow
-def test_with_scan_odometry_its_error_is_no_larger_than_it_says(turtlebot, pillars):
+def test_nees_with_scan_odometry_is_below_its_upper_bound(turtlebot, pillars):
     profile = replace(turtlebot, lidar=replace(turtlebot.lidar, beams=90))
-    found = surprises(profile, pillars, scans=True)
+    found = nees(profile, pillars, scans=True)
     assert 1.5 < found.mean() < MEAN_BAND[1], found.mean(axis=0)
 
 
 @pytest.mark.slow
-def test_on_its_own_map_of_a_room_its_error_is_no_larger_than_it_says(turtlebot, small_room):
-    """In rooms, and for agents that depth keeps from most walls; where few walls are seen it is too sure (5.4)."""
+def test_nees_on_its_own_map_of_a_room_is_below_its_upper_bound(turtlebot, small_room):
+    """In rooms, and for agents that depth keeps from most walls; where few walls are seen it is overconfident (5.4)."""
     env = RobotEnv(NavigationEnv(small_room), replace(turtlebot, localisation=Localisation.scan_to_map), pictures=False)
     found = []
     for seed in range(24):
@@ -142,11 +142,11 @@ def resting(profile, empty):
     body, localiser = a_robot(profile, empty, 3)
     before = localiser.covariance.copy()
     for _ in range(600):
-        localiser.rest(body.drive(0.0, 0.0, 1.0))
+        localiser.update_at_rest(body.drive(0.0, 0.0, 1.0))
     return body, localiser, before
 
 
-def test_at_rest_the_pose_grows_no_less_sure_and_the_bias_is_learned(blind, empty):
+def test_at_rest_the_covariance_of_the_pose_stays_and_the_bias_is_estimated(blind, empty):
     profile = replace(blind, gyro=replace(blind.gyro, bias=0.05, walk=0.0), drive=replace(blind.drive, turn=0.0))
     body, localiser, before = resting(profile, empty)
     assert np.array_equal(localiser.covariance, before)
@@ -169,24 +169,24 @@ def scan_at(time, shift=None):
 
 
 def test_what_comes_late_or_twice_is_not_used(localiser):
-    localiser.update(Sensed(0.25, 0.0, 0.6, 0.6), scan_at(0.6))
-    localiser.update(Sensed(0.25, 0.0, 0.6, 1.2), scan_at(1.2, shift_of()))
+    localiser.update(Reading(0.25, 0.0, 0.6, 0.6), scan_at(0.6))
+    localiser.update(Reading(0.25, 0.0, 0.6, 1.2), scan_at(1.2, shift_of()))
     mean, covariance = localiser.filter.mean.copy(), localiser.filter.covariance.copy()
-    localiser.update(Sensed(0.25, 0.0, 0.6, 1.2), scan_at(1.2, shift_of()))  # again
-    localiser.update(Sensed(0.25, 0.0, 0.6, 0.6), scan_at(0.6, shift_of()))  # late
+    localiser.update(Reading(0.25, 0.0, 0.6, 1.2), scan_at(1.2, shift_of()))  # again
+    localiser.update(Reading(0.25, 0.0, 0.6, 0.6), scan_at(0.6, shift_of()))  # late
     assert localiser.stale == 4
     assert np.array_equal(localiser.filter.mean, mean) and np.array_equal(localiser.filter.covariance, covariance)
 
 
-def test_a_scan_that_tells_nonsense_is_left_out(localiser):
-    localiser.update(Sensed(0.25, 0.0, 0.6, 0.6), scan_at(0.6))
-    nonsense = Shift(np.array([np.nan, 0.0, 0.0]), np.eye(3))
-    localiser.update(Sensed(0.25, 0.0, 0.6, 1.2), scan_at(1.2, nonsense))
+def test_a_scan_match_that_is_not_a_number_is_left_out(localiser):
+    localiser.update(Reading(0.25, 0.0, 0.6, 0.6), scan_at(0.6))
+    broken = Shift(np.array([np.nan, 0.0, 0.0]), np.eye(3))
+    localiser.update(Reading(0.25, 0.0, 0.6, 1.2), scan_at(1.2, broken))
     assert np.isfinite(localiser.filter.mean).all() and np.isfinite(localiser.filter.covariance).all()
 
 
 @pytest.mark.parametrize(("silent", "state"), [("wheel", X), ("gyro", YAW)])
-def test_a_sensor_silent_for_five_seconds_makes_it_unsure_and_no_more(blind, empty, silent, state):
+def test_a_sensor_silent_for_five_seconds_widens_the_covariance_and_no_more(blind, empty, silent, state):
     body, localiser = a_robot(blind, empty, 1)
     list(wander(body, localiser, np.random.default_rng(1), 20))
     before = np.sqrt(localiser.covariance[state, state])
@@ -199,13 +199,13 @@ def test_a_sensor_silent_for_five_seconds_makes_it_unsure_and_no_more(blind, emp
 def test_wheels_that_slip_are_noticed_by_the_scans(localiser):
     """The wheels say 0.25 m a step, the scans nothing: a bumper that is silent."""
     for step in range(1, 8):
-        localiser.update(Sensed(0.25, 0.0, 0.6, 0.6 * step), scan_at(0.6 * step, shift_of(0.0 if step > 3 else 0.25)))
+        localiser.update(Reading(0.25, 0.0, 0.6, 0.6 * step), scan_at(0.6 * step, shift_of(0.0 if step > 3 else 0.25)))
     assert localiser.slips >= 1
     assert localiser.pose.x - 200.0 == pytest.approx(0.75, abs=0.08)
 
 
-def test_one_that_was_carried_away_notices_and_finds_itself_again(turtlebot, small_room):
-    """By 0.3 m and 10 degrees, unnoticed by wheels and gyro: the map is refused until it is lost and searches."""
+def test_a_robot_that_was_moved_unnoticed_relocalises(turtlebot, small_room):
+    """By 0.3 m and 10 degrees, unnoticed by wheels and gyro: matches are rejected until it is lost and searches."""
     profile = replace(turtlebot, localisation=Localisation.scan_to_map)
     body, localiser = a_robot(profile, small_room, 4)
     for move in [(0.25, 0.0)] * 3 + [(0.0, np.radians(10))] * 36:
@@ -222,15 +222,15 @@ def test_one_that_was_carried_away_notices_and_finds_itself_again(turtlebot, sma
     assert np.linalg.eigvalsh(localiser.covariance).min() > 0
 
 
-def test_the_dock_corrects_even_one_that_is_wrongly_sure(localiser, empty):
+def test_the_dock_corrects_an_overconfident_estimate_too(localiser, empty):
     dock = empty.plan.start._replace(x=empty.plan.start.x + 1.0)
-    localiser.fix(dock, 0.01, np.radians(1.0))
+    localiser.update_dock_pose(dock, 0.01, np.radians(1.0))
     assert localiser.pose.x == pytest.approx(dock.x, abs=0.01) and not localiser.lost
     assert np.sqrt(localiser.covariance[X, X]) <= 0.0101
     assert localiser.pose.x != dock.x, "by an update and not by overwriting"
 
 
-def test_along_an_aisle_scans_tell_nothing_and_across_it_much(turtlebot, blind):
+def test_scans_correct_the_pose_across_an_aisle_and_not_along_it(turtlebot, blind):
     """Two walls of 60 m, 1.5 m apart; the far ends are out of the LiDAR's reach."""
     aisle = Scene.from_dict({"name": "aisle", "size": [60.0, 1.5], "cell": 0.1, "radius": 0.18, "camera": 0.45,
                              "start": [15.0, 0.75, 0]})
@@ -248,12 +248,12 @@ def test_along_an_aisle_scans_tell_nothing_and_across_it_much(turtlebot, blind):
     assert across < 0.02 and along == pytest.approx(1.0)
 
 
-def test_what_it_saved_it_becomes_again(turtlebot, pillars):
+def test_load_restores_what_save_wrote(turtlebot, pillars):
     profile = replace(turtlebot, localisation=Localisation.scan_to_map)
     body, localiser = a_robot(profile, pillars, 0)
     list(wander(body, localiser, np.random.default_rng(0), 20, scans=True))
     other = Localiser(profile, pillars.plan.start)
-    other.load(localiser.save(), localiser.surfaces.save())
+    other.load(localiser.save(), localiser.ndt_map.save())
     saved = body.save()
     for one in (localiser, other):
         body.load(saved)

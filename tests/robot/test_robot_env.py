@@ -1,4 +1,4 @@
-"""The robot through gymnasium: cancelled moves, the battery, what is recorded, a life that goes on after a crash."""
+"""The robot as a Gymnasium environment: cancelled moves, battery, records, a run that continues after a crash."""
 
 import json
 import signal
@@ -50,7 +50,7 @@ def test_no_step_without_a_reset(small_room, turtlebot):
         RobotEnv(NavigationEnv(small_room), turtlebot).step(FORWARD)
 
 
-def test_it_tells_and_earns_as_the_world_does(small_room, turtlebot):
+def test_info_and_reward_are_those_of_the_world(small_room, turtlebot):
     env = RobotEnv(NavigationEnv(small_room, reward="coverage"), turtlebot, pictures=False)
     infos, earned = [env.reset(seed=0)[1]], []
     for _ in range(4):
@@ -66,12 +66,12 @@ def test_a_move_is_cancelled_exactly_when_depth_shows_its_corridor_occupied(larg
     """From 3000 places: never where the way is free; and where it is not, only if no beam met what is in it."""
     env, _ = a_robot(large_lab, quiet)
     rng, rows_columns = np.random.default_rng(0), np.argwhere(env.env.now.plan.visitable)
-    radius, around, cancelled, hidden = large_lab.plan.radius, env.body.surroundings, 0, 0
+    radius, around, cancelled, hidden = large_lab.plan.radius, env.body.collision_world, 0, 0
     for row, column in rows_columns[rng.integers(0, len(rows_columns), 3000)]:
         x, y, yaw = (column + 0.5) * 0.1, (row + 0.5) * 0.1, rng.uniform(-np.pi, np.pi)
         env.body.pose = env.body.pose._replace(x=x, y=y, yaw=yaw)
         free = around.travel(x, y, STEP_LENGTH * np.cos(yaw), STEP_LENGTH * np.sin(yaw), radius) == STEP_LENGTH
-        blocked = env._blocked()
+        blocked = env._corridor_occupied()
         assert not (free and blocked)
         if not free and not blocked:
             scan = env.body.depth()
@@ -82,23 +82,23 @@ def test_a_move_is_cancelled_exactly_when_depth_shows_its_corridor_occupied(larg
     assert cancelled > 300 and 0 < hidden < cancelled / 3
 
 
-def test_what_is_in_the_blind_zone_is_driven_into_and_the_scans_notice(small_room, turtlebot):
+def test_an_obstacle_in_the_blind_zone_is_driven_into_and_the_scans_detect_the_slip(small_room, turtlebot):
     """The west wall is 0.2 m away, nearer than depth can see, and the bumper is silent."""
     env, _ = a_robot(small_room, turtlebot)
     env.body.pose = env.body.pose._replace(x=0.2, y=2.0, yaw=np.pi)
     env.body.silent.add("bumper")
-    env.localiser.depart(env.body.pose)
+    env.localiser.leave_dock(env.body.pose)
     env.localiser.update(env.body.drive(0.0, 0.0, 0.6), env.body.scan())
     before, pose = env.localiser.slips, env.body.pose
-    assert not env._blocked()
+    assert not env._corridor_occupied()
     for _ in range(3):
         env.step(FORWARD)
     moved = np.hypot(env.body.pose.x - pose.x, env.body.pose.y - pose.y)
-    believed = np.hypot(env.localiser.pose.x - pose.x, env.localiser.pose.y - pose.y)
-    assert moved < 0.05 and env.localiser.slips > before and believed < 0.15, "the wheels say 0.3 m and more"
+    estimated = np.hypot(env.localiser.pose.x - pose.x, env.localiser.pose.y - pose.y)
+    assert moved < 0.05 and env.localiser.slips > before and estimated < 0.15, "the wheels say 0.3 m and more"
 
 
-def test_a_low_battery_ends_the_episode_with_enough_to_go_home(small_room, turtlebot):
+def test_a_low_battery_ends_the_episode_with_enough_for_the_return(small_room, turtlebot):
     profile = replace(turtlebot, battery=replace(turtlebot.battery, capacity=306.0))
     assert profile.steps == 10
     env, (observation, info) = a_robot(small_room, profile)
@@ -127,23 +127,23 @@ def test_an_episode_keeps_estimate_and_dock_and_one_of_an_ideal_robot_its_bytes(
 
 
 @pytest.mark.parametrize("localisation", ["scan_odometry", "scan_to_map"])
-def test_a_life_that_is_loaded_goes_on_as_if_nothing_had_been(small_room, turtlebot, tmp_path, localisation):
+def test_a_loaded_run_continues_as_if_uninterrupted(small_room, turtlebot, tmp_path, localisation):
     profile = replace(turtlebot, localisation=type(turtlebot.localisation)(localisation))
 
-    def live(env, steps):
+    def drive(env, steps):
         return [env.step(FORWARD if t % 4 else LEFT)[4]["pose"].tolist() for t in range(steps)]
 
     env, _ = a_robot(small_room, profile, seed=5)
-    live(env, 30)
+    drive(env, 30)
     env.save(tmp_path)
     _, info = env.reset()
-    after = live(env, 10)
+    after = drive(env, 10)
     other = RobotEnv(NavigationEnv(small_room), profile, pictures=False)
     other.load(tmp_path)
     _, same = other.reset(seed=5, options={"episode": 1})
     assert same["dock"] == info["dock"] and info["dock"]["code"] and same["episode_index"] == 1
     assert same["pose"].tolist() == info["pose"].tolist()
-    assert live(other, 10) == after
+    assert drive(other, 10) == after
 
 
 def test_a_killed_run_of_the_robot_ends_as_an_undisturbed_one(tmp_path):

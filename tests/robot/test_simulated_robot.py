@@ -1,4 +1,4 @@
-"""The true body: what is commanded, what happens, what is sensed."""
+"""The true robot: commands, motion, measurements."""
 
 from dataclasses import replace
 
@@ -12,18 +12,19 @@ from curionav_cli.robot.simulated_robot import SimulatedRobot
 
 def a_body(profile, scene, seed=0):
     body = SimulatedRobot(profile, np.random.default_rng(seed))
-    body.enter(scene, scene.plan.start)
+    body.place(scene, scene.plan.start)
     return body
 
 
-def test_without_noise_it_does_what_it_is_told_and_senses_it(quiet, large_lab):
+def test_without_noise_motion_and_measurements_are_the_command(quiet, large_lab):
     body = a_body(quiet, large_lab)
     x, y, yaw = body.pose
-    sensed = body.drive(0.25, 0.0, 0.6)
-    assert body.pose == pytest.approx((x + 0.25, y, yaw)) and sensed.wheel == pytest.approx(0.25) and sensed.gyro == 0.0
-    sensed = body.drive(0.0, np.radians(10), 0.6)
-    assert body.pose.yaw == pytest.approx(np.radians(10)) and sensed.gyro == pytest.approx(np.radians(10))
-    assert sensed.time == body.time == pytest.approx(1.2) and body.battery.left == pytest.approx(900 - 1.2)
+    reading = body.drive(0.25, 0.0, 0.6)
+    assert body.pose == pytest.approx((x + 0.25, y, yaw))
+    assert reading.wheel == pytest.approx(0.25) and reading.gyro == 0.0
+    reading = body.drive(0.0, np.radians(10), 0.6)
+    assert body.pose.yaw == pytest.approx(np.radians(10)) and reading.gyro == pytest.approx(np.radians(10))
+    assert reading.time == body.time == pytest.approx(1.2) and body.battery.left == pytest.approx(900 - 1.2)
 
 
 def test_motion_and_sensors_have_the_noise_of_the_profile(turtlebot, large_lab):
@@ -47,21 +48,21 @@ def test_contact_stops_the_robot_while_its_wheels_turn_on(turtlebot, small_room)
     slipped, twists = [], []
     for seed in range(60):
         body = a_body(turtlebot, small_room, seed)
-        while (sensed := body.drive(STEP_LENGTH, 0.0, 0.6)).bump is None:
+        while (reading := body.drive(STEP_LENGTH, 0.0, 0.6)).bump is None:
             before = body.pose
         free = np.hypot(body.pose.x - before.x, body.pose.y - before.y)
         if free < 0.8 * STEP_LENGTH:
-            slipped.append((sensed.wheel - free) / (STEP_LENGTH - free))
+            slipped.append((reading.wheel - free) / (STEP_LENGTH - free))
         twists.append(np.degrees(wrapped(body.pose.yaw - before.yaw)))
-        assert sensed.bump in ("left", "centre", "right")
+        assert reading.bump in ("left", "centre", "right")
     assert np.median(slipped) == pytest.approx(0.65, abs=0.1) and min(slipped) > 0.1
     assert 1.0 < np.std(twists) < 5.0
 
 
 def test_driving_back_against_a_wall_presses_no_bumper(quiet, small_room):
     body = a_body(quiet, small_room)
-    sensed = [body.drive(-0.1, 0.0, 0.3) for _ in range(8)]
-    assert all(one.bump is None for one in sensed) and body.pose.y >= small_room.plan.radius
+    readings = [body.drive(-0.1, 0.0, 0.3) for _ in range(8)]
+    assert all(one.bump is None for one in readings) and body.pose.y >= small_room.plan.radius
 
 
 def test_a_scan_shows_the_walls_and_not_what_is_too_near(quiet, small_room):
@@ -77,9 +78,9 @@ def test_a_scan_shows_the_walls_and_not_what_is_too_near(quiet, small_room):
 def test_a_silent_sensor_says_nothing(turtlebot, small_room, sensor):
     body = a_body(turtlebot, small_room)
     body.silent.add(sensor)
-    sensed = [body.drive(STEP_LENGTH, 0.0, 0.6) for _ in range(20)]
-    said = {"wheel": np.isfinite(sensed[0].wheel), "gyro": np.isfinite(sensed[0].gyro),
-            "bumper": any(one.bump for one in sensed), "lidar": np.isfinite(body.scan().range).any(),
+    readings = [body.drive(STEP_LENGTH, 0.0, 0.6) for _ in range(20)]
+    said = {"wheel": np.isfinite(readings[0].wheel), "gyro": np.isfinite(readings[0].gyro),
+            "bumper": any(one.bump for one in readings), "lidar": np.isfinite(body.scan().range).any(),
             "depth": np.isfinite(body.depth().range).any()}
     body.pose = body.pose._replace(yaw=body.pose.yaw + np.pi)
     said["depth"] = said["depth"] or bool(np.isfinite(body.depth().range).any())

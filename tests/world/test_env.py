@@ -138,7 +138,7 @@ def lively(small) -> Scene:
     return Scene.from_dict(small | {"moves": [move], "light": {"drift": 0.5, "period": 4}})
 
 
-def test_whoever_seeds_every_reset_can_go_on(small) -> None:
+def test_reset_mode_continue_ignores_later_seeds(small) -> None:
     """restart: always episode 0. continue: the first seed names the run; an episode that is named is taken in both."""
     scene = lively(small)
     seen = {}
@@ -191,9 +191,9 @@ def test_reward_counts_the_cells_where_steps_end(small_room: Scene) -> None:
 
 def test_a_reward_for_coverage_is_for_visitable_cells_only(small_room: Scene) -> None:
     reward, (row, column) = Reward("coverage"), np.argwhere(~small_room.plan.visitable)[0]
-    reward.begin(small_room.plan, *small_room.plan.start[:2])
+    reward.reset(small_room.plan, *small_room.plan.start[:2])
     cell = small_room.plan.cell
-    assert reward.land((column + 0.5) * cell, (row + 0.5) * cell) == 0.0
+    assert reward.step((column + 0.5) * cell, (row + 0.5) * cell) == 0.0
 
 
 def test_turns_are_exact(env: NavigationEnv) -> None:
@@ -233,7 +233,7 @@ def test_an_unknown_action_is_refused(env: NavigationEnv) -> None:
         env.step(3)
 
 
-def test_moved_things_are_seen_and_told(small) -> None:
+def test_moved_items_are_visible_and_in_events(small) -> None:
     move = {"item": "box", "every": 1, "to": [[1.1, 0.5]]}
     small |= {"moves": [move], "light": {"drift": 0.5, "period": 4}}
     env = NavigationEnv(Scene.from_dict(small))
@@ -248,7 +248,7 @@ def test_moved_things_are_seen_and_told(small) -> None:
     assert alone["image"].tobytes() == second["image"].tobytes()
 
 
-def test_it_can_be_lived_in_without_drawing(small_room: Scene, monkeypatch) -> None:
+def test_steps_need_no_rendering(small_room: Scene, monkeypatch) -> None:
     """Collision and coverage come from the plan alone."""
     def walk(step) -> list[tuple[float, float, bool]]:
         return [step(action) for action in np.random.default_rng(2).choice(3, 200, p=(0.6, 0.35, 0.05))]

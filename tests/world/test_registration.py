@@ -1,4 +1,4 @@
-"""Our worlds are registered with gymnasium whoever is imported first, and however gymnasium is looked for."""
+"""The scenes are registered with gymnasium whichever is imported first, and however gymnasium is looked for."""
 
 from __future__ import annotations
 

@@ -19,7 +19,7 @@ WORLDS, STEPS = 5, 60
 
 
 @pytest.fixture
-def lively(small) -> Scene:
+def changing(small) -> Scene:
     """Light drifts, a box moves, and the rest of a blocked move slides."""
     move = {"item": "box", "every": 1, "to": [[1.1, 0.5], [0.4, 1.2]]}
     return Scene.from_dict({**small, "collision": "slide", "moves": [move], "light": {"drift": 0.5, "period": 4}})
@@ -36,23 +36,24 @@ def same(one, other) -> bool:
 @pytest.mark.parametrize("reward", ["none", "coverage", "count"])
 @pytest.mark.parametrize("mode", AutoresetMode)
 @pytest.mark.parametrize("seed", [7, [3, 3, 0, 11, 5]])
-def test_it_is_single_worlds_side_by_side_to_the_byte(lively: Scene, seed, mode: AutoresetMode, reward: str) -> None:
+def test_it_is_single_worlds_side_by_side_to_the_byte(changing: Scene, seed, mode: AutoresetMode, reward: str) -> None:
     """Gymnasium's own vector of single environments says what every array must be, at ends of episodes too."""
-    ours = NavigationVectorEnv(lively, WORLDS, max_episode_steps=25, autoreset_mode=mode, reward=reward)
-    theirs = SyncVectorEnv([lambda: TimeLimit(NavigationEnv(lively, reward=reward), 25)] * WORLDS, autoreset_mode=mode)
+    ours = NavigationVectorEnv(changing, WORLDS, max_episode_steps=25, autoreset_mode=mode, reward=reward)
+    theirs = SyncVectorEnv([lambda: TimeLimit(NavigationEnv(changing, reward=reward), 25)] * WORLDS,
+                           autoreset_mode=mode)
     assert ours.metadata["autoreset_mode"] is ours.autoreset_mode is mode is theirs.metadata["autoreset_mode"]
-    (seen, info), (expected, told) = ours.reset(seed=seed), theirs.reset(seed=seed)
-    assert same(seen, expected) and same(info, told)
+    (seen, info), (expected, expected_info) = ours.reset(seed=seed), theirs.reset(seed=seed)
+    assert same(seen, expected) and same(info, expected_info)
     ends = 0
     for actions in np.random.default_rng(1).integers(0, 3, (STEPS, WORLDS)):
         *step, info = ours.step(actions)
-        *must, told = theirs.step(actions)
+        *must, expected_info = theirs.step(actions)
         assert same(step[0], must[0]) and all(same(a, b) for a, b in zip(step[1:], must[1:], strict=True))
-        assert same(info, told)
+        assert same(info, expected_info)
         ends += step[3].sum()
         if mode is AutoresetMode.DISABLED and step[3].any():
-            (seen, info), (expected, told) = ours.reset(), theirs.reset()
-            assert same(seen, expected) and same(info, told)
+            (seen, info), (expected, expected_info) = ours.reset(), theirs.reset()
+            assert same(seen, expected) and same(info, expected_info)
     assert ends == 2 * WORLDS
 
 
@@ -63,7 +64,7 @@ def test_the_mode_may_be_named_as_gymnasium_names_it_and_no_other(small_room: Sc
         NavigationVectorEnv(small_room, autoreset_mode="Never")
 
 
-def test_whoever_asked_for_no_reset_is_told_that_one_is_needed(small_room: Scene) -> None:
+def test_a_step_before_a_reset_raises_reset_needed(small_room: Scene) -> None:
     env = NavigationVectorEnv(small_room, 2, max_episode_steps=2, autoreset_mode=AutoresetMode.DISABLED)
     env.reset(seed=0)
     env.step(np.array([1, 1]))
@@ -114,7 +115,7 @@ def test_options_that_are_none_are_refused(small_room: Scene, options: dict) -> 
         NavigationVectorEnv(small_room, 2).reset(options=options)
 
 
-def test_its_dice_are_seeded(small_room: Scene) -> None:
+def test_its_random_generator_is_seeded(small_room: Scene) -> None:
     env = NavigationVectorEnv(small_room, 2)
     draws = []
     for seed in (5, [5, 9], 6):
@@ -124,16 +125,16 @@ def test_its_dice_are_seeded(small_room: Scene) -> None:
     env.reset(seed=2**64 - 2)
 
 
-def test_seeds_in_every_reset_go_on_where_that_is_asked_for(lively: Scene) -> None:
-    env = NavigationVectorEnv(lively, 2, reset_mode="continue")
+def test_seeds_in_every_reset_go_on_where_that_is_asked_for(changing: Scene) -> None:
+    env = NavigationVectorEnv(changing, 2, reset_mode="continue")
     infos = [env.reset(seed=seed)[1] for seed in (4, 9)]
-    alone = NavigationEnv(lively)
+    alone = NavigationEnv(changing)
     alone.reset(seed=5, options={"episode": 1})
     assert infos[1]["episode_index"].tolist() == [1, 1] and env.events[1] == alone.events
 
 
-def test_a_seed_may_be_any_integer(lively: Scene) -> None:
-    ours, theirs = NavigationVectorEnv(lively, 2), NavigationVectorEnv(lively, 2)
+def test_a_seed_may_be_any_integer(changing: Scene) -> None:
+    ours, theirs = NavigationVectorEnv(changing, 2), NavigationVectorEnv(changing, 2)
     for seed in (np.int64(3), np.uint8(3), np.array([3, 4])):
         for (one, other) in zip(ours.reset(seed=seed), theirs.reset(seed=3), strict=True):
             assert same(one, other)
@@ -153,7 +154,7 @@ def test_gymnasium_makes_it(small_room: Scene) -> None:
     assert env.unwrapped.now[0].plan.radius == 0.2
 
 
-def test_nothing_ends_unless_told(small_room: Scene) -> None:
+def test_no_episode_ends_unless_limited(small_room: Scene) -> None:
     env = NavigationVectorEnv(small_room, 2)
     env.reset(seed=0)
     for _ in range(30):
@@ -162,20 +163,20 @@ def test_nothing_ends_unless_told(small_room: Scene) -> None:
     assert info["collided"].tolist() == [True, False]
 
 
-def test_some_worlds_go_home_while_others_stay(lively: Scene) -> None:
-    env = NavigationVectorEnv(lively, 3)
+def test_some_worlds_reset_while_others_stay(changing: Scene) -> None:
+    env = NavigationVectorEnv(changing, 3)
     env.reset(seed=4)
     seen, *_ = env.step(np.array([1, 1, 2]))
     back, info = env.reset(options={"reset_mask": np.array([False, True, False])})
     assert info["episode_index"].tolist() == [0, 1, 0] and info["_pose"].tolist() == [False, True, False]
     assert same(back["image"][[0, 2]], seen["image"][[0, 2]])
     assert env.reset(seed=4, options={"episode": 6})[1]["episode_index"].tolist() == [6, 6, 6]
-    alone, _ = NavigationEnv(lively).reset(seed=5, options={"episode": 6})
+    alone, _ = NavigationEnv(changing).reset(seed=5, options={"episode": 6})
     assert same(env.render()[1], alone["image"])
 
 
-def test_other_poses_and_all_around(lively: Scene) -> None:
-    env, single = NavigationVectorEnv(lively, 3), NavigationEnv(lively)
+def test_other_poses_and_all_around(changing: Scene) -> None:
+    env, single = NavigationVectorEnv(changing, 3), NavigationEnv(changing)
     seen, _ = env.reset(seed=2)
     around = env.panorama(6)
     assert around["image"].shape == (3, 6, 64, 64, 3) and around["depth"].shape == (3, 6, 64, 64)
@@ -198,10 +199,10 @@ def test_an_observation_is_the_owner_s_to_change(small_room: Scene) -> None:
     assert np.array_equal(back["image"], kept)
 
 
-def test_registered_episodes_have_500_steps_unless_told() -> None:
+def test_registered_episodes_have_500_steps_unless_set() -> None:
     register()
-    limits = [gymnasium.make_vec("curionav/SmallRoom-v0", **told).unwrapped.max_episode_steps
-              for told in ({}, {"max_episode_steps": -1}, {"max_episode_steps": 7})]
+    limits = [gymnasium.make_vec("curionav/SmallRoom-v0", **settings).unwrapped.max_episode_steps
+              for settings in ({}, {"max_episode_steps": -1}, {"max_episode_steps": 7})]
     assert limits == [500, None, 7]
     with pytest.raises(ValueError, match="max_episode_steps must be 1 or more, or None, not 0"):
         gymnasium.make_vec("curionav/SmallRoom-v0", max_episode_steps=0)

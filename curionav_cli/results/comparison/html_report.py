@@ -18,7 +18,7 @@ from curionav_cli.results.comparison.tables import Table
 from curionav_cli.results.tables import Row, cells
 
 TEMPLATE = Path(__file__).with_name("report.html")
-BAD = ("LEFT OUT", "GAP", "WARNING")  # how a line begins that nobody may overlook
+BAD = ("LEFT OUT", "GAP", "WARNING")  # beginnings of lines that are marked
 LOSSLESS = [cv2.IMWRITE_WEBP_QUALITY, 101]
 
 

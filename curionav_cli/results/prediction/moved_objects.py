@@ -19,7 +19,7 @@ import numpy as np
 SMOOTHING = 2.0  # pixels
 USUAL = 0.9  # of all pixels differ by less than what is called usual
 UNUSUAL = 1.75  # times the usual difference
-FAINT = 0.05  # of the range of brightness: nobody would see less
+FAINT = 0.05  # of the range of brightness: less is invisible
 LEAST_AREA = 20  # pixels
 APART = 4  # pixels; regions that are nearer to each other than twice this are one, as a chair's back and seat
 HALF_WIDTH, TALL = 0.4, 0.9  # metres, of a box around any chair or cardboard box

@@ -17,7 +17,7 @@ from curionav_cli.results.prediction.stored_predictions import Errors, Strip
 
 ROWS = 3  # windows in a figure, at most two of one episode
 SIDE, GAP, BREAK = IMAGE_SIDE, 4, 14  # pixels: a frame, between frames, between windows and after the last seen
-COARSE = 6  # of 256 levels of a colour: nobody sees it, and the file is half as large
+COARSE = 6  # of 256 levels of a colour: invisible, and the file is half as large
 INK, PALE, RED = "#111827", "#6b7280", "#dc2626"
 
 

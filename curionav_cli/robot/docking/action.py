@@ -1,22 +1,30 @@
-"""What client and server say to each other: goal, feedback, and the names of all that can go wrong.
+"""The docking action: goal, feedback, result codes, and the failures that the server raises.
 
-Names and numbers follow the docking server of Nav2 (opennav_docking) where it has them: 902 to 906. What it does not
-tell apart gets a name and 900 of its own kind here.
+    DockingFailed
+     |- AttemptFailed           followed by the next recovery, as long as there is one
+     |   |- FailedToStage       903: nav_timeout, nav_blocked
+     |   |- FailedToDetectDock  904: dock_not_seen
+     |   |- FailedToControl     905: dock_lost_in_approach, approach_timeout, bump_limit
+     |   |- FailedToCharge      906: no_charge_after_contact, charge_dropped
+     |- DockingAborted          999: at once, in any phase
+
+Names and numbers are those of Nav2's docking server (opennav_docking), 903 to 906; the codes below divide them further.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from enum import Enum
-from typing import Any, NamedTuple, Protocol
+from typing import Any, NamedTuple
 
 from curionav_cli.records import Pose
-from curionav_cli.robot.infrared import Signals
-from curionav_cli.robot.measurements import Scan, Sensed
+from curionav_cli.robot.measurements import Signals
+
+NOT_IN_NAV2 = 999  # the number of a failure that Nav2 does not name; no further attempt is made
 
 
 class Code(Enum):
-    """How a homecoming ends, with the number of Nav2's docking server (0 success, 999 what it has no word for)."""
+    """How a return to dock ends, with the number of Nav2's docking server (0 success, 999 unknown to Nav2)."""
 
     docked = 0
     nav_timeout = 903, "the staging pose was not reached in time"
@@ -27,14 +35,14 @@ class Code(Enum):
     bump_limit = 905, "something was bumped into too often"
     no_charge_after_contact = 906, "contact without current"
     charge_dropped = 906, "the current stopped"
-    battery_empty = 999, "the battery is empty"
-    deadline_passed = 999, "the whole homecoming took too long"
-    sensor_silent = 999, "a sensor is silent"
-    wheel_drop = 999, "a wheel hangs in the air"
-    cliff = 999, "there is a step in the floor"
-    cancelled = 999, "cancelled"
-    preempted = 999, "another goal came"
-    server_lost = 999, "the docking server is silent"
+    battery_empty = NOT_IN_NAV2, "the battery is empty"
+    deadline_passed = NOT_IN_NAV2, "the return to dock took too long"
+    sensor_silent = NOT_IN_NAV2, "a sensor is silent"
+    wheel_drop = NOT_IN_NAV2, "a wheel hangs in the air"
+    cliff = NOT_IN_NAV2, "there is a step in the floor"
+    cancelled = NOT_IN_NAV2, "cancelled"
+    preempted = NOT_IN_NAV2, "another goal came"
+    server_lost = NOT_IN_NAV2, "the docking server is silent"
 
     def __init__(self, number: int, text: str = "docked"):
         self.number, self.text = number, text
@@ -45,22 +53,40 @@ class Code(Enum):
         return code
 
 
-# After these another attempt may help.
-RECOVERABLE = frozenset({
-    Code.nav_timeout, Code.nav_blocked, Code.dock_not_seen, Code.dock_lost_in_approach, Code.approach_timeout,
-    Code.bump_limit, Code.no_charge_after_contact, Code.charge_dropped})
-
-
-class Failed(Exception):
-    """An attempt, or the whole homecoming, ended with a code that is not `docked`."""
+class DockingFailed(Exception):
+    """A failure of docking: `code` says which, the message adds `detail`."""
 
     def __init__(self, code: Code, detail: str = ""):
         super().__init__(f"{code.text}{f' ({detail})' if detail else ''}")
         self.code = code
 
 
+class AttemptFailed(DockingFailed):
+    """An attempt has failed; another one, from another place, may succeed."""
+
+
+class FailedToStage(AttemptFailed):
+    """The staging pose was not reached."""
+
+
+class FailedToDetectDock(AttemptFailed):
+    """No infrared light was seen."""
+
+
+class FailedToControl(AttemptFailed):
+    """The approach did not lead to the contacts."""
+
+
+class FailedToCharge(AttemptFailed):
+    """The contacts met, and no current flows."""
+
+
+class DockingAborted(DockingFailed):
+    """No further attempt is made: empty battery, silent sensor, hazard, deadline."""
+
+
 class GoalState(Enum):
-    """As in actionlib."""
+    """The states of a goal, as in actionlib."""
 
     pending = "pending"
     active = "active"
@@ -73,6 +99,8 @@ class GoalState(Enum):
 
 
 class Phase(Enum):
+    """What the server is doing, in feedback and in the docking diagram."""
+
     idle = "idle"
     staging = "nav_to_staging"
     acquire = "acquire"
@@ -86,7 +114,7 @@ class Phase(Enum):
 
 @dataclass(frozen=True)
 class Goal:
-    """dock: its pose as believed, in the robot's frame. navigate: drive to the staging pose first."""
+    """A request to dock. dock: its estimated pose, in the robot's frame. navigate: drive to the staging pose first."""
 
     dock: Pose
     navigate: bool = True
@@ -94,7 +122,8 @@ class Goal:
 
 
 class Feedback(NamedTuple):
-    """Five or more a second. elapsed: seconds; signals: infrared bits; distance: metres to the dock, estimated."""
+    """Progress, at least five times a second. drive: the state of the approach; elapsed: seconds; signals: infrared
+    bits; distance: estimated metres to the dock."""
 
     phase: Phase
     drive: str
@@ -102,54 +131,3 @@ class Feedback(NamedTuple):
     elapsed: float
     signals: Signals
     distance: float
-
-
-class Battery(Protocol):
-    """Seconds of driving."""
-
-    left: float
-    capacity: float
-
-    @property
-    def empty(self) -> bool:
-        """Can it drive no more?"""
-
-
-class Base(Protocol):
-    """What homing and docking may touch of a robot: motors and sensors. None of it tells where the robot is.
-
-    silent: names of sensors that send nothing; hazard: "wheel_drop", "cliff" or None; charging: does current flow?
-    """
-
-    hazard: str | None
-
-    @property
-    def velocity(self) -> tuple[float, float]:
-        """Of the last command, m/s and rad/s."""
-
-    @property
-    def battery(self) -> Battery:
-        """Of this robot."""
-
-    @property
-    def silent(self) -> set[str]:
-        """Which sensors are silent."""
-
-    @property
-    def charging(self) -> bool:
-        """Is there current?"""
-
-    def drive(self, distance: float, turn: float, seconds: float) -> Sensed:
-        """A short arc: metres, radians to the left."""
-
-    def halt(self) -> None:
-        """Zero velocity."""
-
-    def scan(self) -> Scan:
-        """The LiDAR, all around."""
-
-    def depth(self) -> Scan:
-        """The depth camera's horizontal line."""
-
-    def signals(self) -> Signals:
-        """One more frame of the infrared receivers."""

@@ -2,8 +2,8 @@
 
 States and speeds as the maker's driver has them (kobuki_auto_docking): turn until the centre receiver sees the dock's
 middle sector; if a whole turn shows only a side sector, turn until the side receiver sees it and drive across to the
-middle; then follow the middle sector to contact. Its weakness is kept: it has no notion of time, so without light
-it would turn for ever; the server's limits end that.
+middle; then follow the middle sector to contact. As in the maker's driver it has no time limit, so without light it
+turns for ever; the server's limits end that.
 """
 
 from __future__ import annotations
@@ -12,13 +12,15 @@ import math
 from enum import Enum
 
 from curionav_cli.robot.docking_settings import Approach as Speeds
-from curionav_cli.robot.infrared import CENTRE, LEFT, NEAR, RIGHT, Signals
+from curionav_cli.robot.measurements import CENTRE, LEFT, NEAR, RIGHT, Signals
 
 BACKING = 10  # ticks
 BACK = 0.05  # m/s
 
 
 class State(Enum):
+    """The states of the alignment drive, by the names of kobuki_auto_docking."""
+
     scan = "scan"
     find_stream = "find_stream"
     get_stream = "get_stream"
@@ -28,26 +30,27 @@ class State(Enum):
 
 
 class Approach:
-    """state; side: +1 while the dock's left sector was seen more often during this turn, -1 for its right one."""
+    """The alignment drive as a state machine. speeds: m/s and rad/s."""
 
     def __init__(self, speeds: Speeds):
         self.speeds = speeds
         self.restart()
 
     def restart(self) -> None:
-        """Begin to scan."""
+        """Begin with a scan."""
         self.state, self.turned, self._votes, self._backing = State.scan, 0.0, 0, 0
 
     def bump(self) -> None:
-        """Something was touched and there is no current: back, and scan again."""
+        """Back off after a contact without current, then scan again."""
         self.state, self._backing = State.bumped, BACKING
 
     @property
     def side(self) -> int:
+        """+1 while the dock's left sector was seen more often during this turn, -1 for its right one, else 0."""
         return (self._votes > 0) - (self._votes < 0)
 
     def tick(self, signals: Signals, turned: float) -> tuple[float, float]:
-        """(m/s, rad/s). signals: what was seen lately; turned: radians since the last tick, by the gyro."""
+        """The next command (m/s, rad/s). signals: infrared bits; turned: radians since the last tick, by the gyro."""
         if self.state is State.bumped:
             self._backing -= 1
             if self._backing < 0:

@@ -1,7 +1,7 @@
-"""The docking client: asks, listens, and does not wait for a dead server for ever.
+"""The docking client: sends a goal, follows the feedback, and gives up on a silent server.
 
-An actionlib client stays ACTIVE for as long as its killed server says nothing; this one stops the robot
-and reports server_lost after `patience` seconds without feedback.
+An actionlib client stays ACTIVE for ever when its server is killed; this one stops the robot and reports server_lost
+after `patience` seconds without feedback.
 """
 
 from __future__ import annotations
@@ -9,35 +9,36 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Protocol
 
-from curionav_cli.robot.docking.action import Base, Code, Feedback, Goal, GoalState
+from curionav_cli.robot.docking.action import Code, Feedback, Goal, GoalState
+from curionav_cli.robot.interface import Base
 
 
-class Server(Protocol):
-    """A docking server, here or in another process. code: how the goal ended, None before."""
+class ActionServer(Protocol):
+    """A docking server, in this process or another. code: how the goal ended, None before; text: in words."""
 
     code: Code | None
     text: str
 
     def request(self, goal: Goal) -> GoalState:
-        """Take a goal."""
+        """Accept or reject a goal."""
 
     def cancel(self) -> None:
-        """Stop."""
+        """Cancel the goal and stop."""
 
     def tick(self) -> Feedback | None:
         """The newest feedback, None where there is nothing new."""
 
 
-class Client:
-    """patience: seconds; period: seconds between two looks at the server; pause(seconds) waits where time is real."""
+class DockingClient:
+    """The client. patience: seconds without feedback; period: seconds between polls; pause(seconds): waits."""
 
-    def __init__(self, server: Server, base: Base, patience: float, period: float = 0.1,
+    def __init__(self, server: ActionServer, base: Base, patience: float, period: float = 0.1,
                  pause: Callable[[float], object] = lambda seconds: None):
         self.server, self.base, self.patience = server, base, patience
         self.period, self.pause = period, pause
 
-    def pursue(self, goal: Goal, heard: Callable[[Feedback], None]) -> tuple[Code, str]:
-        """See a goal to its end: how it ended, and in words. heard: is called with each feedback."""
+    def send_goal_and_wait(self, goal: Goal, on_feedback: Callable[[Feedback], None]) -> tuple[Code, str]:
+        """Send a goal and wait for its result: (code, the same in words). on_feedback: called with each feedback."""
         if self.server.request(goal) is GoalState.rejected:
             return Code.cancelled, f"there is no dock {goal.dock_id}"
         quiet = 0.0
@@ -45,7 +46,7 @@ class Client:
             feedback = self.server.tick()
             quiet = 0.0 if feedback else quiet + self.period
             if feedback:
-                heard(feedback)
+                on_feedback(feedback)
             elif quiet > self.patience:
                 self.server.cancel()
                 self.base.halt()

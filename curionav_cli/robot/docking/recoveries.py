@@ -20,8 +20,8 @@ PLACES: dict[Recovery, tuple[Place | None, ...]] = {
 }
 
 
-def steps(settings: Docking) -> Iterator[tuple[str, Place | None]]:
-    """(name, where the attempt begins), the first being the staging pose itself."""
+def attempts(settings: Docking) -> Iterator[tuple[str, Place | None]]:
+    """Yields (name, place) of each attempt: the staging pose, then the places of the recoveries in their order."""
     yield "staging", (settings.staging, 0.0)
     for recovery in settings.recoveries:
         for place in PLACES[recovery]:

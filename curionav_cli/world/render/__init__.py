@@ -1,1 +1,1 @@
-"""Images of a scene: camera, culling, two engines."""
+"""Rendering of a scene: camera, culling, two engines."""

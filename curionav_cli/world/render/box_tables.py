@@ -1,6 +1,6 @@
-"""What the engines know about each box before they see it: z slabs and texture addresses, per row.
+"""Tables that the engines read for each box: z slabs and texture addresses, by image row.
 
-Rows of every table: the closed boxes (floor to ceiling, one sees neither over nor under them), the open
+Rows of every table: the closed boxes (floor to ceiling, nothing is visible over or under them), the open
 ones, then FAR_BOX (the haze behind everything), EMPTY (never hit) and PLANE (floor and ceiling).
 """
 
@@ -46,12 +46,13 @@ class BoxTables:
 
     @property
     def boxes(self) -> int:
+        """K, the number of boxes."""
         return len(self.near) - 3
 
 
 def build_box_tables(boxes: Boxes, atlas: Atlas, height: float, camera: float, slope: np.ndarray,
                      pixel: float) -> BoxTables:
-    """slope (R,): rise of each row's rays a metre of depth; pixel: width of one at depth 1."""
+    """Build the tables. slope (R,): rise of each row's rays per metre of depth; pixel: width of one at depth 1."""
     closed = (boxes.low[:, 2] <= 0.0) & (boxes.high[:, 2] >= height) & ~boxes.decal
     boxes = _ordered(boxes, np.argsort(~closed, kind="stable"))
     near, far = _heights(boxes, height, camera, slope)

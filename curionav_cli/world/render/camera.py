@@ -1,4 +1,4 @@
-"""One scene's boxes as its camera sees them: everything that an engine needs, ready before the first frame."""
+"""The camera of a scene: the tables that an engine needs, computed before the first frame."""
 
 from __future__ import annotations
 
@@ -17,21 +17,22 @@ FAR = 10.0  # metres; depth is capped here
 
 @dataclass(frozen=True)
 class Camera:
-    """slope (64,) float32: how far each row's rays rise a metre of depth; across (64,): to the right."""
+    """A level camera. slope (64,) float32: rise of each row's rays per metre of depth; across (64,): to the right."""
 
     slope: np.ndarray
     across: np.ndarray
-    surfaces: BoxTables
+    tables: BoxTables
     culling: Culling
     texels: np.ndarray  # uint32, the atlas
     tangent: float  # of half the field of view
     far: float = FAR
 
 
-def view(scene: Scene, atlas: Atlas) -> Camera:
+def build_camera(scene: Scene, atlas: Atlas) -> Camera:
+    """The camera of a scene with its textures."""
     tangent = float(np.tan(np.radians(scene.fov) / 2.0))
     offset = (np.arange(IMAGE_SIDE) + 0.5) / (IMAGE_SIDE / 2) - 1.0
     slope = -tangent * offset
-    surfaces = build_box_tables(scene.boxes, atlas, scene.height, scene.camera, slope, 2.0 * tangent / IMAGE_SIDE)
-    return Camera(slope.astype(np.float32), tangent * offset, surfaces, Culling(surfaces, scene.size, tangent),
+    tables = build_box_tables(scene.boxes, atlas, scene.height, scene.camera, slope, 2.0 * tangent / IMAGE_SIDE)
+    return Camera(slope.astype(np.float32), tangent * offset, tables, Culling(tables, scene.size, tangent),
                   atlas.texels, tangent)

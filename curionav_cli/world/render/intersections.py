@@ -1,4 +1,4 @@
-"""The geometry of a frame in numpy: which boxes each image column meets, and which one each pixel sees.
+"""The geometry of a frame in numpy: the boxes that each image column meets, and the nearest one for each pixel.
 
 B frames, C columns each (N = B * C in all), R rows, K boxes to try. A pair is a column and a box worth
 painting: first the N nearest closed walls, one a column, then the P open boxes in front of them.
@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from curionav_cli.world.render.box_tables import BoxTables
-from curionav_cli.world.render.culling import Among
+from curionav_cli.world.render.culling import Candidates
 from curionav_cli.world.scene.boxes import EAST, NORTH, SOUTH, WEST
 
 TINY = 1e-9
@@ -21,7 +21,7 @@ LOW_HALF = np.uint64(0xFFFFFFFF)
 
 
 class Rays(NamedTuple):
-    """(B, 2, C) each, along x and along y. A ray is given a metre of depth."""
+    """Rays of B frames, (B, 2, C) each: along x and along y. Rays are scaled to one metre of depth."""
 
     run: np.ndarray  # float32
     rate: np.ndarray  # float32: 1 / run
@@ -29,7 +29,7 @@ class Rays(NamedTuple):
 
 
 class Pairs(NamedTuple):
-    """N + P pairs, the open ones in layers: each column's first, each column's second, and so on.
+    """N + P pairs of a column and a box, the open ones in layers: each column's first, each column's second, and so on.
 
     A layer begins with the columns that have the most, so the next one is about the first so many of them.
     """
@@ -44,17 +44,17 @@ class Pairs(NamedTuple):
 
 
 def rays(cosine: np.ndarray, sine: np.ndarray, across: np.ndarray) -> Rays:
-    """cosine, sine (B,) of the camera; across (C,): to the right, a metre of depth."""
+    """The rays of B cameras. cosine, sine (B,) of the yaw; across (C,): metres to the right per metre of depth."""
     run = np.stack([cosine[:, None] + across * sine[:, None], sine[:, None] - across * cosine[:, None]], axis=1)
     run = np.where(np.abs(run) < TINY, TINY, run)
     face = np.where(run > 0, [[WEST], [SOUTH]], [[EAST], [NORTH]])
     return Rays(run.astype(np.float32), (1.0 / run).astype(np.float32), face)
 
 
-def find_pairs(among: Among, pose: np.ndarray, directions: Rays, reach: float) -> Pairs:
-    """pose (2, B) float64. FAR_BOX is met at depth `reach` by every column."""
-    entry, leave, across_y, met = _intervals(among, pose, directions.rate)
-    walls, (_, boxes, columns) = among.walls, entry.shape
+def find_pairs(candidates: Candidates, pose: np.ndarray, directions: Rays, reach: float) -> Pairs:
+    """Find the pairs of B frames. pose (2, B) float64, metres; every column meets FAR_BOX at depth `reach`."""
+    entry, leave, across_y, met = _intervals(candidates, pose, directions.rate)
+    walls, (_, boxes, columns) = candidates.walls, entry.shape
     entry[:, walls - 1] = reach
     met[:, walls - 1] = entry[:, walls - 1].view(np.uint32)
     shut = met[:, :walls]
@@ -70,15 +70,15 @@ def find_pairs(among: Among, pose: np.ndarray, directions: Rays, reach: float) -
     k_of_frame = frame * boxes + k
     at = k_of_frame * columns + across
     ray = (2 * frame + across_y.view(np.int8).take(at)) * columns + across
-    box = among.boxes.take(k if len(among.boxes) == 1 else k_of_frame)
+    box = candidates.boxes.take(k if len(candidates.boxes) == 1 else k_of_frame)
     layers = np.cumsum(np.bincount(turn))[:-1]
     return Pairs(len(before), layers, column, box, entry.take(at), leave.take(at), ray)
 
 
-def _intervals(among: Among, pose: np.ndarray,
+def _intervals(candidates: Candidates, pose: np.ndarray,
                rate: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     """(B, K, C): depth at which a ray enters and leaves a ground plan; across y? and MISS or the bits of entry."""
-    corner = (among.bounds - pose[:, :, None]).astype(np.float32)[..., None]
+    corner = (candidates.bounds - pose[:, :, None]).astype(np.float32)[..., None]
     rate = rate.transpose(1, 0, 2)[:, :, None]
     one, other = corner[0] * rate, corner[1] * rate  # (2, B, K, C)
     into, out = np.minimum(one, other), np.maximum(one, other, out=one)
@@ -95,43 +95,43 @@ def _met(entry: np.ndarray, leave: np.ndarray, out: np.ndarray | None = None) ->
     return np.bitwise_or(bits, entry.view(np.uint32), out=bits if out is None else out)
 
 
-def nearest(surfaces: BoxTables, pairs: Pairs, frames: int) -> np.ndarray:
-    """What each pixel sees: (N, R) uint64, its depth (a float32's bits) over an index of 32 bits.
+def nearest(tables: BoxTables, pairs: Pairs, frames: int) -> np.ndarray:
+    """The nearest surface of each pixel: (N, R) uint64, its depth (a float32's bits) over an index of 32 bits.
 
     An index below N + P is the side of that pair; then come P tops and undersides of the open pairs,
     then the rows of floor and ceiling, frame by frame.
     """
-    columns, rows, open_pairs = pairs.walls, surfaces.near.shape[1], len(pairs.box) - pairs.walls
+    columns, rows, open_pairs = pairs.walls, tables.near.shape[1], len(pairs.box) - pairs.walls
     plane = np.arange(frames * rows).reshape(frames, 1, rows) + len(pairs.box) + open_pairs
-    plane = packed(surfaces.near[-1].view(np.uint32), plane)
+    plane = packed(tables.near[-1].view(np.uint32), plane)
     walls = packed(pairs.entry[:columns].view(np.uint32), np.arange(columns)).reshape(frames, -1, 1)
     best = np.minimum(walls, plane).reshape(columns, rows)
     if open_pairs:
-        _over(best, _open_rows(surfaces, pairs), pairs)
+        _over(best, _open_rows(tables, pairs), pairs)
     return best
 
 
 def packed(depth: np.ndarray, index: np.ndarray) -> np.ndarray:
-    """uint64 that sort by depth (uint32: positive floats sort like their bits), then by index."""
+    """Pack into uint64 that sort by depth (uint32: positive floats sort like their bits), then by index."""
     both = np.empty((*index.shape, 2), "<u4")
     both[..., 0], both[..., 1] = index, depth
     return both.view("<u8")[..., 0]
 
 
 def unpacked(best: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """(B, C, R) packed to (B, R, C): index, int64 and a new array, and depth, float32 and a view."""
+    """Unpack (B, C, R) to (B, R, C): index, int64 and a new array, and depth, float32 and a view."""
     depth = best.view("<f4").reshape(*best.shape, 2)[..., 1]
     index = np.bitwise_and(best.transpose(0, 2, 1), LOW_HALF, order="C").view(np.int64)
     return index, depth.transpose(0, 2, 1)
 
 
-def _open_rows(surfaces: BoxTables, pairs: Pairs) -> np.ndarray:
+def _open_rows(tables: BoxTables, pairs: Pairs) -> np.ndarray:
     """(P, R): where and as what each row meets the open box of a pair."""
     first = pairs.walls
     box, count = pairs.box[first:], len(pairs.box) - first
-    entry, near = pairs.entry[first:, None], surfaces.near.take(box, axis=0)
+    entry, near = pairs.entry[first:, None], tables.near.take(box, axis=0)
     enter = np.maximum(near, entry)
-    leave = np.minimum(surfaces.far.take(box, axis=0), pairs.leave[first:, None])
+    leave = np.minimum(tables.far.take(box, axis=0), pairs.leave[first:, None])
     both = np.empty((*near.shape, 2), "<u4")
     index = np.subtract(entry, near, out=near).view(np.uint32)
     index >>= 31  # 1 for a top, which is farther than the side

@@ -1,8 +1,8 @@
-"""The numba engine: the slabs of numpy_engine.py as scalar loops, a column at a time. Needs the extra `fast`.
+"""The numba engine: the slab test of numpy_engine.py as scalar loops, a column at a time. Needs the extra `fast`.
 
 Where numpy tries every box in every column, this projects each box to the columns it can cover. Depths
-are computed with the same float32 operations as there, so both engines see the same surfaces but for the
-odd pixel on an edge.
+are computed with the same float32 operations as there, so both engines show the same surfaces but for a
+few pixels on edges.
 """
 
 from __future__ import annotations
@@ -27,35 +27,35 @@ compiled = njit(cache=True, nogil=True, error_model="numpy")
 
 
 class NumbaEngine:
-    """Draws the boxes of one view."""
+    """Renders the boxes of one camera with numba."""
 
     name = "numba"
 
-    def __init__(self, view: Camera):
-        self._view, surfaces = view, view.surfaces
-        rows = len(view.slope)
-        self._bounds = np.ascontiguousarray(surfaces.bounds.transpose(2, 0, 1).reshape(-1, 4))
-        self._heights = (surfaces.near, surfaces.far)
-        self._flat_address = surfaces.address.reshape(-1, rows)
+    def __init__(self, camera: Camera):
+        self._camera, tables = camera, camera.tables
+        rows = len(camera.slope)
+        self._bounds = np.ascontiguousarray(tables.bounds.transpose(2, 0, 1).reshape(-1, 4))
+        self._heights = (tables.near, tables.far)
+        self._flat_address = tables.address.reshape(-1, rows)
         self._flats = tuple(table.reshape(-1, rows) for table in (
-            surfaces.x_scale, surfaces.x_shift, surfaces.y_scale, surfaces.y_shift, surfaces.light))
-        self._plane = (surfaces.address[-rows:].copy(), surfaces.stride[-rows:].copy(),
-                       surfaces.x_scale[-rows:].copy(), surfaces.light[-rows:].copy())
-        self._side_base = surfaces.side_base
-        self._sides = np.stack([surfaces.side_along, surfaces.side_shift, surfaces.side_up, surfaces.side_foot,
-                                surfaces.side_mip, surfaces.side_light], axis=1)
-        self._scale = len(view.across) / 2 / view.tangent
+            tables.x_scale, tables.x_shift, tables.y_scale, tables.y_shift, tables.light))
+        self._plane = (tables.address[-rows:].copy(), tables.stride[-rows:].copy(),
+                       tables.x_scale[-rows:].copy(), tables.light[-rows:].copy())
+        self._side_base = tables.side_base
+        self._sides = np.stack([tables.side_along, tables.side_shift, tables.side_up, tables.side_foot,
+                                tables.side_mip, tables.side_light], axis=1)
+        self._scale = len(camera.across) / 2 / camera.tangent
 
     def draw(self, x: np.ndarray, y: np.ndarray, cosine: np.ndarray, sine: np.ndarray, rays: Rays,
              brightness: np.ndarray, rgb: np.ndarray, depth: np.ndarray) -> None:
-        """rgb (B, R, C, 3) uint8 and depth (B, R, C) float32 become the pictures of B poses."""
-        view = self._view
-        boxes, ends = view.culling.lists(x, y)
+        """Render B poses into rgb (B, R, C, 3) uint8 and depth (B, R, C) float32, metres."""
+        camera = self._camera
+        boxes, ends = camera.culling.lists(x, y)
         words = rgb.reshape(*rgb.shape[:2], -1).view("<u4")  # four pixels are three words
         _frames(x, y, cosine, sine, rays.run, rays.rate, rays.face, brightness, boxes, ends, self._bounds,
-                view.surfaces.walls, self._heights, self._plane, self._flat_address, self._flats, self._side_base,
-                self._sides, view.slope, self._scale, np.float32(view.culling.reach), np.float32(view.far),
-                view.texels, words, depth)
+                camera.tables.walls, self._heights, self._plane, self._flat_address, self._flats, self._side_base,
+                self._sides, camera.slope, self._scale, np.float32(camera.culling.reach), np.float32(camera.far),
+                camera.texels, words, depth)
 
 
 @compiled

@@ -28,7 +28,7 @@ RED_BLUE, GREEN = np.uint32(0xFF00FF), np.uint32(0x00FF00)
 
 
 class Texels(NamedTuple):
-    """How to paint what a pixel may see, by the index of slabs.nearest. Texel: base + row & 127."""
+    """Texture of each surface, by the index of intersections.nearest. Texel: base + row & 127."""
 
     rise: np.ndarray  # float32: texel rows a unit of slope
     foot: np.ndarray  # float32: texel row at the camera's height
@@ -37,44 +37,44 @@ class Texels(NamedTuple):
 
 
 class NumpyEngine:
-    """Draws the boxes of one view."""
+    """Renders the boxes of one camera with numpy."""
 
     name = "numpy"
 
-    def __init__(self, view: Camera):
-        self._view, surfaces = view, view.surfaces
-        near, rows = surfaces.near[-1], slice(-len(view.slope), None)
-        self._plane_scale = surfaces.x_scale[rows]  # of floor and ceiling, a constant of the row
+    def __init__(self, camera: Camera):
+        self._camera, tables = camera, camera.tables
+        near, rows = tables.near[-1], slice(-len(camera.slope), None)
+        self._plane_scale = tables.x_scale[rows]  # of floor and ceiling, a constant of the row
         self._plane_reach = near * self._plane_scale
-        self._plane_stride = surfaces.stride[rows, None]
-        self._plane_address = surfaces.address[rows, None]
-        self._plane_light = surfaces.light[rows]
-        self._sides = np.stack([surfaces.side_along, surfaces.side_shift, surfaces.side_mip, surfaces.side_light,
-                                surfaces.side_up, surfaces.side_foot], axis=1)
-        self._flats = np.stack([surfaces.near.ravel(), surfaces.x_scale, surfaces.x_shift, surfaces.y_scale,
-                                surfaces.y_shift, surfaces.light], axis=1)
+        self._plane_stride = tables.stride[rows, None]
+        self._plane_address = tables.address[rows, None]
+        self._plane_light = tables.light[rows]
+        self._sides = np.stack([tables.side_along, tables.side_shift, tables.side_mip, tables.side_light,
+                                tables.side_up, tables.side_foot], axis=1)
+        self._flats = np.stack([tables.near.ravel(), tables.x_scale, tables.x_shift, tables.y_scale,
+                                tables.y_shift, tables.light], axis=1)
 
     def draw(self, x: np.ndarray, y: np.ndarray, cosine: np.ndarray, sine: np.ndarray, rays: Rays,
              brightness: np.ndarray, rgb: np.ndarray, depth: np.ndarray) -> None:
-        """rgb (B, R, C, 3) uint8 and depth (B, R, C) float32 become the pictures of B poses."""
+        """Render B poses into rgb (B, R, C, 3) uint8 and depth (B, R, C) float32, metres."""
         for first in range(0, len(x), CHUNK):
             part = slice(first, first + CHUNK)
             pose = np.array([x[part], y[part]])
-            among = self._view.culling(x[part], y[part], cosine[part], sine[part])
-            self._draw(pose, among, Rays(*(table[part] for table in rays)), brightness[part].astype(np.float32),
+            candidates = self._camera.culling(x[part], y[part], cosine[part], sine[part])
+            self._draw(pose, candidates, Rays(*(table[part] for table in rays)), brightness[part].astype(np.float32),
                        rgb[part], depth[part])
 
-    def _draw(self, pose: np.ndarray, among, rays: Rays, brightness: np.ndarray, rgb: np.ndarray,
+    def _draw(self, pose: np.ndarray, candidates, rays: Rays, brightness: np.ndarray, rgb: np.ndarray,
               depth: np.ndarray) -> None:
-        surfaces, frames = self._view.surfaces, len(rgb)
-        pairs = find_pairs(among, pose, rays, self._view.culling.reach)
+        tables, frames = self._camera.tables, len(rgb)
+        pairs = find_pairs(candidates, pose, rays, self._camera.culling.reach)
         place = pose.astype(np.float32)
-        best = nearest(surfaces, pairs, frames)
+        best = nearest(tables, pairs, frames)
         seen, metres = unpacked(best.reshape(frames, -1, rgb.shape[1]))  # (B, R, C)
-        np.minimum(metres, np.float32(self._view.far), out=depth)
+        np.minimum(metres, np.float32(self._camera.far), out=depth)
         texels = self._texels(pairs, rays, place, brightness)
         row = texels.rise.take(seen)
-        row *= self._view.slope[:, None]
+        row *= self._camera.slope[:, None]
         row += texels.foot.take(seen)
         address = row.astype(np.int32)
         address &= SIZE - 1
@@ -85,7 +85,7 @@ class NumpyEngine:
         address += plane
         self._tops(pairs, rays, place, brightness, seen, address, light)
         light &= BRIGHT
-        texel = self._view.texels.take(address, mode="clip")  # beyond the floor: its edge
+        texel = self._camera.texels.take(address, mode="clip")  # beyond the floor: its edge
         unpack(lit(texel, light.view(np.uint32)), rgb)
 
     def _texels(self, pairs: Pairs, rays: Rays, place: np.ndarray, brightness: np.ndarray) -> Texels:
@@ -104,7 +104,7 @@ class NumpyEngine:
         exponent = wide.view(np.int32) >> 23
         base = ((along.astype(np.int32) & (SIZE - 1)) >> EXPONENT.take(exponent)) * SIZE
         base += OFFSET_OF.take(exponent)
-        base += self._view.surfaces.side_base.take(side)
+        base += self._camera.tables.side_base.take(side)
         light /= np.float32(HAZE) * pairs.entry + np.float32(1.0)
         light *= brightness.take(frame)
         return self._and_planes(pairs, up * pairs.entry, foot, base, light, brightness)
@@ -149,12 +149,12 @@ class NumpyEngine:
         north = rays.run.take(ray + columns) * away + place[1].take(frame)
         u = (east * x_scale + x_shift).astype(np.int32)
         v = (north * y_scale + y_shift).astype(np.int32)
-        address.ravel()[flat] = self._view.surfaces.address.take(cell) + u * SIZE + v
+        address.ravel()[flat] = self._camera.tables.address.take(cell) + u * SIZE + v
         light.ravel()[flat] = shine * brightness.take(frame)
 
 
 def lit(texel: np.ndarray, light: np.ndarray) -> np.ndarray:
-    """Packed colours uint32 times light / 256."""
+    """Packed colours uint32 times light / 256. Overwrites texel."""
     red_blue = texel & RED_BLUE
     red_blue *= light
     red_blue >>= 8
@@ -168,7 +168,7 @@ def lit(texel: np.ndarray, light: np.ndarray) -> np.ndarray:
 
 
 def unpack(packed: np.ndarray, rgb: np.ndarray) -> None:
-    """Packed colours (B, R, C) uint32 into rgb (B, R, C, 3) uint8."""
+    """Unpack colours (B, R, C) uint32 into rgb (B, R, C, 3) uint8."""
     four, three = packed.astype("<u4", copy=False).view(np.uint8).reshape(-1, 4), rgb.reshape(-1, 3)
     for channel in range(3):  # one by one: three times as fast as four[:, :3] at once
         three[:, channel] = four[:, channel]

@@ -14,7 +14,7 @@ import numpy as np
 from curionav_cli.constants import HEADINGS, IMAGE_SHAPE
 from curionav_cli.errors import SceneError
 from curionav_cli.world.motion import COS, SIN
-from curionav_cli.world.render.camera import FAR, view
+from curionav_cli.world.render.camera import FAR, build_camera
 from curionav_cli.world.render.intersections import Rays, rays
 from curionav_cli.world.render.numpy_engine import NumpyEngine
 from curionav_cli.world.render.texture_atlas import Atlas, build_atlas
@@ -23,20 +23,20 @@ from curionav_cli.world.scene.scene import Scene
 __all__ = ["ENGINES", "FAR", "Renderer"]
 
 
-def _numba(views):
+def _numba(camera):
     try:
         from curionav_cli.world.render.numba_engine import NumbaEngine
     except ImportError:
         raise SceneError("env.engine=numba needs numba, which is not installed: pip install 'curionav[fast]', "
                          "or env.engine=numpy.") from None
-    return NumbaEngine(views)
+    return NumbaEngine(camera)
 
 
 ENGINES = {"numpy": NumpyEngine, "numba": _numba}
 
 
 class Renderer:
-    """Draws one scene. Stateless but for its tables: `showing` gives the renderer of a changed scene."""
+    """Renders one scene. It keeps tables only; `showing` gives the renderer of a changed scene."""
 
     def __init__(self, scene: Scene, engine: str = "numpy", atlas: Atlas | None = None):
         if engine not in ENGINES:
@@ -44,12 +44,12 @@ class Renderer:
         self.scene = scene
         self.engine = engine
         self._atlas = atlas or build_atlas(scene)
-        self.view = view(scene, self._atlas)
-        self._draw = ENGINES[engine](self.view).draw
-        self._headings = rays(COS, SIN, self.view.across)
+        self.camera = build_camera(scene, self._atlas)
+        self._draw = ENGINES[engine](self.camera).draw
+        self._headings = rays(COS, SIN, self.camera.across)
 
     def showing(self, scene: Scene) -> Renderer:
-        """The renderer of the same scene in another episode: textures are shared, and boxes where none moved."""
+        """The renderer of the same scene in another episode: shares textures, and boxes where none moved."""
         if scene is self.scene:
             return self
         if scene.boxes is not self.scene.boxes:
@@ -59,22 +59,25 @@ class Renderer:
         return other
 
     def render(self, x, y, heading, brightness=None) -> tuple[np.ndarray, np.ndarray]:
-        """Pictures from poses with integer headings, each scalar or (n,); brightness likewise, or the scene's.
+        """Render poses with integer headings, each scalar or (n,); brightness likewise, or that of the scene.
 
         Returns rgb (n, 64, 64, 3) uint8 and depth (n, 64, 64) float32, metres along the optical axis.
         """
         heading = np.atleast_1d(heading)
         chosen = Rays(*(table.take(heading, axis=0) for table in self._headings))
-        return self._all(x, y, COS.take(heading), SIN.take(heading), chosen, brightness)
+        return self._render(x, y, COS.take(heading), SIN.take(heading), chosen, brightness)
 
     def look(self, x, y, yaw, brightness=None) -> tuple[np.ndarray, np.ndarray]:
-        """The same for any yaw in radians."""
+        """Render poses with any yaw, radians; otherwise as `render`."""
         yaw = np.atleast_1d(np.asarray(yaw, np.float64))
         cosine, sine = np.cos(yaw), np.sin(yaw)
-        return self._all(x, y, cosine, sine, rays(cosine, sine, self.view.across), brightness)
+        return self._render(x, y, cosine, sine, rays(cosine, sine, self.camera.across), brightness)
 
     def panorama(self, x, y, heading, views: int = 4, brightness=None) -> tuple[np.ndarray, np.ndarray]:
-        """`views` pictures of each pose, evenly around to the left: rgb (n, views, 64, 64, 3), depth alike."""
+        """Render `views` directions of each pose, evenly spaced to the left: rgb (n, views, 64, 64, 3), depth alike.
+
+        Raises ValueError for a number of views that does not divide 36.
+        """
         if views < 1 or HEADINGS % views:
             raise ValueError(f"a panorama has 1, 2, 3, 4, 6, 9, 12, 18 or 36 views, not {views}")
         turns = (np.atleast_1d(heading)[:, None] + np.arange(views) * (HEADINGS // views)) % HEADINGS
@@ -84,7 +87,7 @@ class Renderer:
         rgb, depth = self.render(x, y, turns.ravel(), brightness)
         return rgb.reshape(-1, views, *rgb.shape[1:]), depth.reshape(-1, views, *depth.shape[1:])
 
-    def _all(self, x, y, cosine: np.ndarray, sine: np.ndarray, chosen: Rays,
+    def _render(self, x, y, cosine: np.ndarray, sine: np.ndarray, chosen: Rays,
              brightness) -> tuple[np.ndarray, np.ndarray]:
         x, y = np.atleast_1d(np.asarray(x, np.float64)), np.atleast_1d(np.asarray(y, np.float64))
         rgb = np.empty((len(x), *IMAGE_SHAPE), np.uint8)

@@ -31,7 +31,7 @@ LEVEL_OFFSET = np.cumsum([0] + [(SIZE >> level) * SIZE for level in range(LEVELS
 
 @dataclass(frozen=True)
 class Sheet:
-    """A picture of the whole floor or ceiling: where each mip level starts, its rows, its texels a metre.
+    """An image of the floor or ceiling: where each mip level starts, its rows, its texels per metre.
 
     Columns run along y: the texel (row, column) of a level is base + column * stride + row.
     """
@@ -43,7 +43,7 @@ class Sheet:
 
 @dataclass(frozen=True)
 class Atlas:
-    """texels (n,) uint32; base (materials,): where each material of the scene's boxes starts."""
+    """The atlas. texels (n,) uint32; base (materials,): where each material of the scene's boxes starts."""
 
     texels: np.ndarray
     base: np.ndarray
@@ -53,7 +53,7 @@ class Atlas:
 
 
 def build_atlas(scene: Scene) -> Atlas:
-    """All textures of a scene; a moved object does not change them."""
+    """Build all textures of a scene; moved objects do not change them."""
     blocks = [material_block(name) for name in scene.boxes.materials]
     base = np.cumsum([0] + [len(block) for block in blocks])
     floor, floor_blocks = _sheet(floor_picture(scene), _texel(scene, FLOOR_TEXEL, FLOOR_MOST), int(base[-1]))
@@ -66,13 +66,13 @@ def build_atlas(scene: Scene) -> Atlas:
 
 
 def pack(rgb: np.ndarray) -> np.ndarray:
-    """(..., 3) uint8 as (...) uint32."""
+    """Pack (..., 3) uint8 as (...) uint32."""
     wide = rgb.astype(np.uint32)
     return wide[..., 0] | wide[..., 1] << 8 | wide[..., 2] << 16
 
 
 def material_block(name: str) -> np.ndarray:
-    """(n,) uint32: the levels of one material, each blurred over the texels that it merges."""
+    """The mip levels of one material, (n,) uint32, each blurred over the texels that it merges."""
     image = picture(name).astype(np.float64)
     levels = []
     for level in range(LEVELS):
@@ -112,7 +112,7 @@ def _grid(scene: Scene, texel: float) -> tuple[np.ndarray, np.ndarray]:
 
 
 def floor_picture(scene: Scene) -> np.ndarray:
-    """(rows, columns, 3) float32: the materials, the rugs, and the contact shadows of what stands there."""
+    """The floor, (rows, columns, 3) float32: materials, rugs, and contact shadows."""
     texel = _texel(scene, FLOOR_TEXEL, FLOOR_MOST)
     y, x = _grid(scene, texel)
     ground = scene.ground
@@ -142,7 +142,7 @@ def _shadow(scene: Scene, texel: float, shape: tuple[int, int]) -> np.ndarray:
 
 
 def ceiling_picture(scene: Scene) -> np.ndarray:
-    """(rows, columns, 3) float32: panels, and lamps with a glow around them."""
+    """The ceiling, (rows, columns, 3) float32: panels, and lamps with a glow around them."""
     texel = _texel(scene, CEILING_TEXEL, CEILING_MOST)
     y, x = _grid(scene, texel)
     seam = ((y % 0.6) < texel) | ((x % 0.6) < texel)

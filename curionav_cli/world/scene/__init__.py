@@ -1,1 +1,1 @@
-"""A scene: its file or ROS map, the boxes it is built of, the cells that can be reached."""
+"""Scenes: reading files and ROS maps, building boxes, reachable cells, changes between episodes."""

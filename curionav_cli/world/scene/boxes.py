@@ -20,7 +20,7 @@ class Box(NamedTuple):
     top: str
     fit: bool = False  # the material is stretched over each face instead of tiled in metres
     item: int = FIXED  # the movable object that it belongs to
-    decal: bool = False  # painted on a wall: seen, and never in the way
+    decal: bool = False  # painted on a wall: visible, and no obstacle
 
 
 @dataclass(frozen=True)
@@ -41,6 +41,7 @@ class Boxes:
 
     @classmethod
     def pack(cls, boxes: list[Box]) -> Boxes:
+        """Convert a list of boxes to columns; materials in alphabetical order."""
         materials = tuple(sorted({name for box in boxes for name in (*box.sides, box.top)}))
         number = {name: index for index, name in enumerate(materials)}
         return cls(
@@ -55,10 +56,10 @@ class Boxes:
         )
 
     def moved(self, item: int, dx: float, dy: float) -> Boxes:
-        """The same boxes with one movable object shifted."""
+        """The same boxes with movable object `item` shifted by (dx, dy) metres."""
         shift = np.where(self.item[:, None] == item, np.array([dx, dy, 0.0]), 0.0)
         return replace(self, low=self.low + shift, high=self.high + shift)
 
     def solid(self, agent_height: float) -> np.ndarray:
-        """(K,) bool: which stand in the way of a robot of this height."""
+        """(K,) bool: the obstacles for a robot of this height, metres."""
         return ~self.decal & (self.low[:, 2] < agent_height)

@@ -1,4 +1,4 @@
-"""Building a scene from its file: the boxes, the reachable cells, the promise about their number."""
+"""Building a scene from its file: boxes, reachable cells, and the check of their promised number."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from curionav_cli.world.materials.materials import COLOURS, PATTERNS, exists
 from curionav_cli.world.scene import layout
 from curionav_cli.world.scene.boxes import FIXED, Box, Boxes
 from curionav_cli.world.scene.dynamics import Item
-from curionav_cli.world.scene.ground import Ground, Site
+from curionav_cli.world.scene.ground import Site
 from curionav_cli.world.scene.map_frame import shifted
 from curionav_cli.world.scene.overlay import overlaid
 from curionav_cli.world.scene.reachability import (
@@ -23,23 +23,22 @@ from curionav_cli.world.scene.reachability import (
     component,
     covered_cells,
     fingerprint,
-    grid_shape,
     largest_component,
     roomiest,
     trimmed,
 )
 from curionav_cli.world.scene.ros_map import explored_map, map_site
 from curionav_cli.world.scene.scene_file import Lists, collision_of, lists_of, settings
-from curionav_cli.world.scene.scene_format import Furniture, Room, value
+from curionav_cli.world.scene.scene_format import Furniture, value
+from curionav_cli.world.scene.walled_site import walled_site
 from curionav_cli.world.settings import Env
 
 TUNE_STEPS = 200
-LAMP_SPACING, LAMPS = 2.5, 10_000  # metres; a building of 250 x 250 m
-START_ROOM = 0.1  # metres beside the robot that nothing may be moved into
+START_ROOM = 0.1  # metres around the robot at the start into which no item may be moved
 
 
 def construct(raw: dict[str, Any], source: str) -> dict[str, Any]:
-    """The fields of the Scene that this dict describes. Raises SceneError or MapError."""
+    """The fields of the Scene that a dict describes. Raises SceneError or MapError naming `source`."""
     env, source = overlaid(settings(raw, source), source)
     for key in ("start", "dock"):
         if getattr(env, key) is not None:
@@ -51,7 +50,7 @@ def construct(raw: dict[str, Any], source: str) -> dict[str, Any]:
         env, lists = shifted(env, lists, ros.corner)
         site = map_site(ros, env, lists)
     else:
-        site = four_walls(env, lists.rooms, source)
+        site = walled_site(env, lists.rooms, source)
     items = _items(lists, source)
     furniture, visitable, start = _reach(env, lists, site, items, source)
     boxes = _pack(env, lists, furniture, site, items, source)
@@ -82,38 +81,6 @@ def _solid(env: Env, boxes: Boxes, site: Site) -> np.ndarray:
     return covered if site.solid is None else covered | site.solid
 
 
-def four_walls(env: Env, rooms: tuple[Room, ...], source: str) -> Site:
-    """An empty room of the scene's size; lamps in the middle of each room, or on a grid."""
-    width, depth = size = value(env.size, "Pair", source, "size")
-    cell = float(env.cell or 0.0)
-    rows, columns = grid_shape(size, cell)
-    if max(abs(rows * cell - depth), abs(columns * cell - width)) > 1e-6:
-        raise SceneError(f"{source}: size {width:g} x {depth:g} m is no whole number of {cell:g} m cells.")
-    x, y = np.meshgrid((np.arange(columns) + 0.5) * cell, (np.arange(rows) + 0.5) * cell)
-    materials = tuple(dict.fromkeys(["planks", *(room.floor for room in rooms)]))
-    index, floor = np.zeros((rows, columns), np.int64), np.zeros((rows, columns), bool)
-    for room in reversed(rooms):
-        x0, y0, x1, y1 = room.rect
-        inside = (x > x0) & (x < x1) & (y > y0) & (y < y1)
-        index[inside], floor[inside] = materials.index(room.floor), True
-    lit = [room.rect for room in rooms] or [(0.0, 0.0, width, depth)]
-    lights = () if env.lamps else _room_lamps(lit, source)
-    return Site(size, cell, layout.shell(size, env.height, rooms), Ground(index, cell, materials),
-                floor if rooms else ~floor, lights)
-
-
-def _room_lamps(rects: list[tuple[float, ...]], source: str) -> tuple[tuple[float, float], ...]:
-    lamps: list[tuple[float, float]] = []
-    for x0, y0, x1, y1 in rects:
-        if len(lamps) + max(1.0, (x1 - x0) / LAMP_SPACING) * max(1.0, (y1 - y0) / LAMP_SPACING) > LAMPS:
-            raise SceneError(f"{source}: with a lamp every {LAMP_SPACING:g} m its rooms have more than {LAMPS}. "
-                             "Make them smaller, or say where the lamps hang, as lamps: [[x, y], ...].")
-        across, along = (max(1, round(length / LAMP_SPACING)) for length in (x1 - x0, y1 - y0))
-        lamps += [(x0 + (i + 0.5) * (x1 - x0) / across, y0 + (j + 0.5) * (y1 - y0) / along)
-                  for j in range(along) for i in range(across)]
-    return tuple(lamps)
-
-
 def _check_materials(names: list[str], source: str) -> None:
     for name in names:
         if not exists(name):
@@ -123,7 +90,7 @@ def _check_materials(names: list[str], source: str) -> None:
 
 
 def _items(lists: Lists, source: str) -> tuple[Item, ...]:
-    """The pieces that the moves name, in the order of the moves."""
+    """The pieces that the moves name, in the order of the moves. Raises SceneError."""
     named = {piece.name: piece for piece in lists.furniture if piece.name}
     for index, move in enumerate(lists.moves):
         if move.item not in named:
@@ -141,14 +108,14 @@ def _items(lists: Lists, source: str) -> tuple[Item, ...]:
 
 def _keep_start_free(env: Env, lists: Lists, boxes: Boxes, start: Pose, items: tuple[Item, ...], site: Site,
                      source: str) -> None:
-    """No movable thing may come to stand where every episode begins."""
+    """Raise SceneError for a move that puts an item on the start."""
     for index, (move, item) in enumerate(zip(lists.moves, items, strict=True)):
         solid = boxes.solid(env.agent_height) & (boxes.item == index)
-        for x, y in (item.home, *((at[0], at[1]) for at in move.to)):
-            shift = np.array([x, y]) - item.home
+        for x, y in (item.first, *((at[0], at[1]) for at in move.to)):
+            shift = np.array([x, y]) - item.first
             corners = zip(boxes.low[solid, :2] + shift, boxes.high[solid, :2] + shift, strict=True)
-            here = np.array(start.x), np.array(start.y)
-            if any(rectangle_distance(*here, *box) <= env.radius + START_ROOM for box in corners):
+            point = np.array(start.x), np.array(start.y)
+            if any(rectangle_distance(*point, *box) <= env.radius + START_ROOM for box in corners):
                 raise SceneError(f"{source}: moves[{index}] puts {item.name} at ({x + site.corner[0]:g}, "
                                  f"{y + site.corner[1]:g}), on the start.")
 
@@ -167,10 +134,10 @@ def _pack(env: Env, lists: Lists, furniture: tuple[Furniture, ...], site: Site, 
 
 def _reach(env: Env, lists: Lists, site: Site, items: tuple[Item, ...],
            source: str) -> tuple[tuple[Furniture, ...], np.ndarray, Pose]:
-    """The furniture as tuned, the reachable cells with everything movable carried out, the start.
+    """The furniture as tuned, the reachable cells without the movable items, the start.
 
     With `tune`, the named piece grows by one cell at a time while at least `visitable` cells stay
-    reachable, then the rest is trimmed away by a fixed rule (visitable.trimmed).
+    reachable, then the rest is trimmed by a fixed rule (reachability.trimmed).
     """
     furniture = lists.furniture
     visitable, start = _visitable(env, lists, furniture, site, items, source)
@@ -209,7 +176,7 @@ def _visitable(env: Env, lists: Lists, furniture: tuple[Furniture, ...], site: S
 
 
 def _start(env: Env, clear: np.ndarray, site: Site, source: str) -> Pose:
-    """The start that the file names, or the roomiest cell of the largest part."""
+    """The start in the file, or the roomiest cell of the largest component. Raises SceneError."""
     if env.start is None:
         row, column = roomiest(largest_component(clear))
         return Pose((column + 0.5) * site.cell, (row + 0.5) * site.cell, 0.0)
@@ -239,7 +206,7 @@ def _cell_of(pose: Pose, cell: float) -> tuple[int, int]:
 
 
 def _promise_applies(env: Env) -> bool:
-    """A promise is made for one radius, and with everything movable carried out."""
+    """True where the number of visitable cells is promised: for one radius, and without the movable items."""
     still = bool(env.moves) and not env.changes
     return env.visitable is not None and env.visitable_radius in (None, env.radius) and not still
 

@@ -162,6 +162,8 @@ def rug(w: float, d: float, h: float, material: str) -> list[Part]:
 
 
 class Kind(NamedTuple):
+    """A kind of furniture: default width, depth and height in metres, material, and its parts."""
+
     w: float
     d: float
     h: float

@@ -1,4 +1,4 @@
-"""What a scene starts from before its furniture: the floor, the outer walls, the coverage grid."""
+"""The site of a scene, before inner walls and furniture: floor, outer walls, coverage grid."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ class Ground:
 
 @dataclass(frozen=True)
 class Site:
-    """Four walls and a floor, or a ROS map: what the lists of a scene file are added to.
+    """A rectangular room or a ROS map, to which the lists of a scene file are added.
 
     floor (rows, columns) bool: the cells of the building, the only ones that a robot may use.
     origin: of the lower-left corner, in the frame of a ROS map; corner: the same corner in the map's whole image, from
@@ -55,7 +55,7 @@ class Site:
 
 
 def highest(cells: np.ndarray, resolution: float, shape: tuple[int, int], cell: float) -> np.ndarray:
-    """The highest occupancy in each cell of a grid of `cell` metres: no thin wall gets lost. cells: (rows, columns)."""
+    """Resample cells (rows, columns) by the highest occupancy in each cell of `cell` metres; keeps thin walls."""
     found = cells
     for axis, (count, most) in enumerate(zip(shape, cells.shape, strict=True)):
         edges = np.arange(count + 1) * (cell / resolution)

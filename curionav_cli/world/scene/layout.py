@@ -22,6 +22,7 @@ DECAL = 0.01
 
 
 def room_at(rooms: tuple[Room, ...], x: float, y: float) -> Room:
+    """The first room that contains a point, metres; PLAIN outside of all."""
     for room in rooms:
         x0, y0, x1, y1 = room.rect
         if x0 <= x <= x1 and y0 <= y <= y1:
@@ -60,7 +61,7 @@ def _stretches(axis: int, length: float, inner: float,
 
 
 def wall(spec: Wall, height: float, rooms: tuple[Room, ...], source: str, where: str) -> list[Box]:
-    """The boxes of one inner wall: its stretches, the lintels over its gaps, its sills."""
+    """The boxes of one inner wall: its stretches, lintels and sills. Raises SceneError naming `where`."""
     axis, start, end, middle = _line(spec, source, where)
     top = spec.height or height
     if {len(gap) for gap in spec.gaps} - {2, 3} or {len(hole) for hole in spec.windows} - {2, 4}:
@@ -108,7 +109,7 @@ def _xy(axis: int, along: float, across: float) -> tuple[float, float]:
 
 
 def poster(spec: Poster, source: str, where: str) -> Box:
-    """A box of 1 cm on the wall, seen and never in the way."""
+    """A decal box of 1 cm on a wall. Raises SceneError naming `where`."""
     if spec.face not in FACES:
         raise SceneError(f"{source}: {where}.face must be one of {', '.join(FACES)}, not {spec.face}.")
     x, y = spec.at
@@ -121,7 +122,7 @@ def poster(spec: Poster, source: str, where: str) -> Box:
 
 
 def complete(spec: Furniture, source: str, where: str) -> Furniture:
-    """The piece with its kind's size and material where it names none. Raises SceneError."""
+    """Fill in the size and material of a piece's kind where it names none. Raises SceneError naming `where`."""
     if spec.kind not in KINDS:
         raise SceneError(f"{source}: {where}.kind: there is no furniture {spec.kind}. "
                          f"There is {', '.join(sorted(KINDS))}.")
@@ -144,5 +145,6 @@ def furniture(spec: Furniture, item: int = FIXED) -> list[Box]:
 
 
 def rug(spec: Furniture) -> Rug:
+    """The rectangle of floor that a rug covers."""
     x0, x1, y0, y1 = turned((0, spec.w, 0, spec.d, 0, 0, "", False), spec.w, spec.d, spec.turn)
     return Rug((spec.x + x0, spec.y + y0), (spec.x + x1, spec.y + y1), spec.material)

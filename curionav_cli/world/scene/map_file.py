@@ -1,4 +1,4 @@
-"""The YAML half of a ROS map: where its image is, and what its greys mean.
+"""The YAML file of a ROS map: the path of its image, and the meaning of its greys.
 
 Every value is text first and is read by yaml-cpp's rules (map_scalars.py); of a key that stands twice the first counts,
 and of several documents the first. Follows nav2_map_server (main a3a9704, src/map_io.cpp); docs/maps.md says what
@@ -35,12 +35,12 @@ _CONTROLS = re.compile(r"[\x00-\x08\x0b\x0c\x0e-\x1f\x7f]")
 
 
 class MapWarning(UserWarning):
-    """A map that opens, and may not mean what it says."""
+    """Warning of a map that opens and may be misread."""
 
 
 @dataclass(frozen=True)
 class MapFile:
-    """resolution in metres per pixel; thresholds as shares of occupied; mode one of MODES."""
+    """A map's YAML file. resolution: metres per pixel; occupied, free: thresholds, at most 1; mode: one of MODES."""
 
     path: Path
     image: Path
@@ -50,10 +50,10 @@ class MapFile:
     occupied: float
     free: float
     mode: str
-    decimals: int  # that the resolution is written with
+    decimals: int  # of the resolution as written
 
     def warn_of_rounding(self, pixels: int) -> None:
-        """Nav2's saver writes three decimals: 0.0125 becomes 0.013, and a long map longer by more than a cell."""
+        """Warn of a resolution with three decimals, to which savers round, if that may shift the far edge by a cell."""
         if self.decimals == 3 and pixels * ROUNDED > self.resolution:
             _warn(f"{self.path}: resolution {self.resolution:g} has three decimals, to which map savers round it; over "
                   f"{pixels} pixels that may be {pixels * ROUNDED:.2g} m. Write the true one (1/80: 0.0125).")
@@ -64,7 +64,7 @@ def _warn(text: str) -> None:
 
 
 def read_map_file(path: Path) -> MapFile:
-    """Raises MapError for what is no map's YAML file."""
+    """Read and check a map's YAML file. Raises MapError."""
     found = _values(path)
     missing = [key for key in NEEDED if key not in found]
     if missing:
@@ -161,7 +161,7 @@ def _origin(raw: Any, path: Path) -> Pose:
     if not isinstance(raw, list) or len(raw) not in (2, 3):
         raise MapError(f"{path}: origin must be [x, y, yaw], not {raw!r}.")
     if str(raw[-1]).lower().strip("+-.") == "nan" and len(raw) == 3:
-        raise MapError(f"{path}: the origin's yaw is {raw[2]}, as map_saver of ROS 1 writes it where it knows none. "
+        raise MapError(f"{path}: the origin's yaw is {raw[2]}, as map_saver of ROS 1 writes an unknown one. "
                        "Write 0.0 in its place.")
     return Pose(*(_number(part, path, "origin") for part in [*raw, "0"][:3]))
 

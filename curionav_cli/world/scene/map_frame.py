@@ -1,4 +1,4 @@
-"""What a person places in a ROS map counts from the corner of its image; a cropped map begins elsewhere."""
+"""Coordinates in a cropped ROS map: start, dock and lists are measured from the corner of the whole image."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from curionav_cli.world.settings import Env
 
 
 def shifted(env: Env, lists: Lists, corner: tuple[float, float]) -> tuple[Env, Lists]:
-    """The same places, metres from this corner. start, dock and lamps are checked already."""
+    """Shift all places to be measured from `corner`, metres. start, dock and lamps must have been checked."""
     if corner == (0.0, 0.0):
         return env, lists
 

@@ -1,4 +1,4 @@
-"""What a 2-D map lacks: heights, colours, floors, lamps. Seeded by the map, so it is always the same.
+"""Guesses at what a 2-D map does not hold: heights, colours, floors, lamps. Seeded by the map, so always the same.
 
 Rooms are guessed from the widths of the free space; each gets its own walls and floor. Small solid
 islands become furniture of their own height and material, long walls get posters and windows.
@@ -16,7 +16,7 @@ from curionav_cli.world.scene.boxes import EAST, NORTH, SOUTH, WEST, Box
 from curionav_cli.world.scene.ground import Ground
 from curionav_cli.world.scene.layout import PLAIN, poster, room_at
 from curionav_cli.world.scene.reachability import CELLS, air
-from curionav_cli.world.scene.rectangle_cover import mesh, widened
+from curionav_cli.world.scene.rectangle_cover import cover, widened
 from curionav_cli.world.scene.scene_file import Lists
 from curionav_cli.world.scene.scene_format import Poster, Room, Solid
 
@@ -29,9 +29,9 @@ ISLANDS = (("doors", 0.9), ("drawers", 0.8), ("fabric_blue", 0.7), ("books", 1.6
 ART = ("poster_1", "poster_2", "poster_3", "poster_4", "poster_5", "poster_6", "window")
 WINDOW, LARGE, SMALL = (0.9, 1.0, 0.9), (0.6, 0.8, 0.8), (0.4, 0.5, 0.9)  # width, height, lower edge
 POST = ("wood_dark", 0.75)  # an island of one or two cells: the leg of a table or chair
-WIDTHS = (1.5, 0.95, 0.55)  # metres from the walls: rooms are told apart where the space between is narrower
+WIDTHS = (1.5, 0.95, 0.55)  # metres from the walls: rooms are separated where the space between is narrower
 LONGEST = 4.0
-AHEAD = 0.03  # metres before a face: the room it looks at
+AHEAD = 0.03  # metres before a face: the room it faces
 ISLAND = 2.2
 POST_SIZE = 0.16
 POSTER_SPACING = 2.6
@@ -39,23 +39,23 @@ SHORT, SHORTEST = 1.3, 0.45  # faces for small posters only, and for none
 LAMP_SPACING = 2.4
 
 
-def dress(free: np.ndarray, resolution: float, height: float,
-          told: Lists) -> tuple[list[Box], Ground, tuple[tuple[float, float], ...]]:
+def furnish(free: np.ndarray, resolution: float, height: float,
+          lists: Lists) -> tuple[list[Box], Ground, tuple[tuple[float, float], ...]]:
     """Boxes, floor and lamps for the free cells (rows, columns) of a map with `resolution` m cells.
 
-    What an overlay tells (rooms, solids, posters) replaces what would be guessed there.
+    Rooms, solids and posters of `lists` replace the guesses there.
     """
     rng = np.random.default_rng(zlib.crc32(np.packbits(free).tobytes()))
     room = rooms(free, resolution)
     wall_of = rng.permutation(len(WALLS))[np.arange(room.max() + 2) % len(WALLS)]
     floor_of = rng.permutation(len(FLOORS))[np.arange(room.max() + 2) % len(FLOORS)]
-    boxes, walls = _solids(~free, resolution, told.solids)
+    boxes, walls = _solids(~free, resolution, lists.solids)
     islands, material, tall = _islands(walls, resolution, height, rng)
     islands = np.pad(islands, (0, 1))  # 0, a wall, just outside the map: at -1 too
     padded = np.pad(room, 2, constant_values=-1)
     longest = max(1, round(LONGEST / resolution))
-    pieces = np.concatenate([mesh(walls, longest), _edge(free, longest)])
-    for r0, c0, r1, c1 in _cut(pieces, told.rooms, resolution):
+    pieces = np.concatenate([cover(walls, longest), _edge(free, longest)])
+    for r0, c0, r1, c1 in _cut(pieces, lists.rooms, resolution):
         island = islands[r0, c0]
         low, high = (c0 * resolution, r0 * resolution), (c1 * resolution, r1 * resolution)
         if island:
@@ -63,29 +63,29 @@ def dress(free: np.ndarray, resolution: float, height: float,
             continue
         beside = _rooms_beside(padded, r0, c0, r1, c1)
         guessed = [WALLS[wall_of[number]] for number in beside]
-        sides = _told_sides(guessed, low, high, told.rooms)
+        sides = _sides(guessed, low, high, lists.rooms)
         boxes.append(Box((*low, 0.0), (*high, height), sides, sides[0]))
-        boxes += [] if told.posters else _posters(room, (r0, c0, r1, c1), resolution, rng)
-    return boxes, _ground(floor_of[np.maximum(room, 0)], resolution, told.rooms), _lamps(free, resolution)
+        boxes += [] if lists.posters else _posters(room, (r0, c0, r1, c1), resolution, rng)
+    return boxes, _ground(floor_of[np.maximum(room, 0)], resolution, lists.rooms), _lamps(free, resolution)
 
 
-def _solids(occupied: np.ndarray, resolution: float, told: tuple[Solid, ...]) -> tuple[list[Box], np.ndarray]:
+def _solids(occupied: np.ndarray, resolution: float, solids: tuple[Solid, ...]) -> tuple[list[Box], np.ndarray]:
     """The boxes of what the overlay gives a height, and the occupied cells that are left."""
     boxes, left = [], occupied.copy()
-    for solid in told:
+    for solid in solids:
         part = left & _inside(solid.rect, left.shape, resolution)
         left &= ~part
-        for r0, c0, r1, c1 in (mesh(part, max(part.shape), hidden=True) * resolution).tolist():
+        for r0, c0, r1, c1 in (cover(part, max(part.shape), hidden=True) * resolution).tolist():
             boxes.append(Box((c0, r0, 0.0), (c1, r1, solid.height), (solid.material,) * 4, solid.material,
                              fit=solid.fit))
     return boxes, left
 
 
 def _edge(free: np.ndarray, longest: int) -> np.ndarray:
-    """Rectangles as mesh gives them, just outside the map where free cells touch its border."""
+    """Rectangles as cover gives them, just outside the map where free cells touch its border."""
     beside = widened(np.pad(free, 1))
     beside[1:-1, 1:-1] = False
-    return mesh(beside, longest, hidden=True) - 1
+    return cover(beside, longest, hidden=True) - 1
 
 
 def _inside(rect: tuple[float, ...], shape: tuple[int, ...], resolution: float) -> np.ndarray:
@@ -95,11 +95,12 @@ def _inside(rect: tuple[float, ...], shape: tuple[int, ...], resolution: float) 
     return ((y > y0) & (y < y1))[:, None] & ((x > x0) & (x < x1))[None, :]
 
 
-def _cut(rectangles: np.ndarray, told: tuple[Room, ...], resolution: float) -> list[list[int]]:
+def _cut(rectangles: np.ndarray, overlay_rooms: tuple[Room, ...], resolution: float) -> list[list[int]]:
     """The rectangles, each cut where a room of the overlay begins or ends."""
     pieces: list[list[int]] = rectangles.tolist()
     for axis in (0, 1):  # rows along y, columns along x
-        for at in sorted({round(room.rect[side] / resolution) for room in told for side in (1 - axis, 3 - axis)}):
+        edges = {round(room.rect[side] / resolution) for room in overlay_rooms for side in (1 - axis, 3 - axis)}
+        for at in sorted(edges):
             crossed = [piece for piece in pieces if piece[axis] < at < piece[axis + 2]]
             pieces = [piece for piece in pieces if piece not in crossed]
             for piece in crossed:
@@ -109,30 +110,30 @@ def _cut(rectangles: np.ndarray, told: tuple[Room, ...], resolution: float) -> l
     return pieces
 
 
-def _told_sides(guessed: list[str], low: tuple[float, float], high: tuple[float, float],
-                told: tuple[Room, ...]) -> tuple[str, str, str, str]:
-    """The materials of a wall's faces: those of the overlay's room that a face looks at, else the guess."""
+def _sides(guessed: list[str], low: tuple[float, float], high: tuple[float, float],
+                overlay_rooms: tuple[Room, ...]) -> tuple[str, str, str, str]:
+    """The materials of a wall's faces: those of the overlay's room that a face looks into, else the guess."""
     x, y = 0.5 * (low[0] + high[0]), 0.5 * (low[1] + high[1])
     before = ((low[0] - AHEAD, y), (high[0] + AHEAD, y), (x, low[1] - AHEAD), (x, high[1] + AHEAD))
-    rooms = [room_at(told, *at) for at in before]
+    rooms = [room_at(overlay_rooms, *at) for at in before]
     west, east, south, north = (guess if room is PLAIN else room.wall
                                 for guess, room in zip(guessed, rooms, strict=True))
     return west, east, south, north
 
 
-def _ground(guessed: np.ndarray, resolution: float, told: tuple[Room, ...]) -> Ground:
+def _ground(guessed: np.ndarray, resolution: float, overlay_rooms: tuple[Room, ...]) -> Ground:
     index = guessed.copy()
-    for number, room in reversed(list(enumerate(told))):
+    for number, room in reversed(list(enumerate(overlay_rooms))):
         index[_inside(room.rect, index.shape, resolution)] = len(FLOORS) + number
-    return Ground(index, resolution, FLOORS + tuple(room.floor for room in told))
+    return Ground(index, resolution, FLOORS + tuple(room.floor for room in overlay_rooms))
 
 
 def rooms(free: np.ndarray, resolution: float) -> np.ndarray:
     """A guess at the rooms: (rows, columns) int, a number for each free cell, -1 for solid ones.
 
-    On a map of more than CELLS every few cells are looked at.
+    A map of more than CELLS is subsampled.
     """
-    box = ndimage.find_objects(free.view(np.uint8))[0]  # nothing outside it says anything about the rooms
+    box = ndimage.find_objects(free.view(np.uint8))[0]  # all free cells lie in it
     inside, number = free[box], np.full(free.shape, -1)
     step = 1 if inside.size <= CELLS else math.ceil(2.0 * math.sqrt(inside.size / CELLS))
     nearest = _nearest_room(inside[::step, ::step], resolution * step)
@@ -156,8 +157,8 @@ def _nearest_room(free: np.ndarray, resolution: float) -> np.ndarray:
 
 def _grown(core: np.ndarray, part: np.ndarray, count: int) -> np.ndarray:
     """Rooms found where it is wider, spread over their part; a part without any becomes a room."""
-    known = np.unique(part[core > 0])
-    fresh = np.setdiff1d(np.arange(1, count + 1), known)
+    numbered = np.unique(part[core > 0])
+    fresh = np.setdiff1d(np.arange(1, count + 1), numbered)
     number = np.zeros(count + 1, np.int64)
     number[fresh] = core.max() + 1 + np.arange(len(fresh))
     nearest = ndimage.distance_transform_edt(core == 0, return_distances=False, return_indices=True)
@@ -182,7 +183,7 @@ def _islands(solid: np.ndarray, resolution: float, height: float,
 
 
 def _rooms_beside(padded: np.ndarray, r0: int, c0: int, r1: int, c1: int) -> list[int]:
-    """The room that each face looks at, west east south north; a hidden face takes any other's.
+    """The room that each face adjoins, west east south north; a hidden face takes any other's.
 
     padded: the rooms' numbers with a border of two cells.
     """

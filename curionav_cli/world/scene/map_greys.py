@@ -1,4 +1,4 @@
-"""From the pixels of an image to what Nav2 looks at: a grey of eight bits, and whether something shines through.
+"""From the pixels of an image to the input of Nav2: a grey of eight bits, and whether a pixel is transparent.
 
 As GraphicsMagick makes it of 16 bits a channel (1.3.40, measured on every grey and colour of 8 bits): a value
 goes to 0..65535, colours become luma by Rec. 601, and what is left of a division by 257 is dropped.
@@ -11,14 +11,14 @@ from dataclasses import dataclass
 import numpy as np
 
 LUMA = np.array([299, 587, 114])  # thousandths of red, green, blue: Rec. 601
-BLOCK = 2**16  # pixels that are looked at together: numpy makes eight bytes of each
+BLOCK = 2**16  # pixels in one pass, as numpy takes eight bytes for each
 
 
 @dataclass(frozen=True)
 class Picture:
-    """grey (rows, columns) uint8, 0 black, 255 white, row 0 on top.
+    """A map image. grey (rows, columns) uint8, 0 black, 255 white, row 0 on top.
 
-    clear: (rows, columns) bool, where anything shines through; None where the file cannot say.
+    clear: (rows, columns) bool, transparent pixels; None where the file has no alpha.
     """
 
     grey: np.ndarray
@@ -26,7 +26,7 @@ class Picture:
 
 
 def picture(pixels: np.ndarray, most: int = 255, alpha: bool = False) -> Picture:
-    """Of (rows, columns) or (rows, columns, channels) unsigned, `most` white; with `alpha` the last channel is it."""
+    """Convert (rows, columns[, channels]) unsigned pixels; most: white; alpha: is the last channel alpha?"""
     if not alpha:
         return Picture(_eight_bits(pixels, most))
     colours = pixels[..., 0] if pixels.shape[2] == 2 else pixels[..., :3]

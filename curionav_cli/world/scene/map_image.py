@@ -1,7 +1,7 @@
 """The image of a ROS map: PNG, BMP, JPEG, GIF, TIFF and WebP by Pillow, Netpbm by netpbm.py.
 
-A file that says it holds more than it can is refused before memory is taken for it: a hundred bytes of JPEG may
-claim a gigabyte.
+A file whose header claims more pixels than its bytes can hold is refused before memory is allocated: a hundred bytes
+of JPEG may claim a gigabyte.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ GREY16 = ("I;16", "I;16B", "I;16L")
 
 
 def read_image(path: Path) -> Picture:
-    """The first picture of a file. Takes little more memory than twice the pixels.
+    """Read the first image of a file, in little more memory than twice its pixels.
 
     Raises MapError for a file that is no image.
     """
@@ -38,7 +38,7 @@ def read_image(path: Path) -> Picture:
 
     try:
         with warnings.catch_warnings():
-            warnings.simplefilter("ignore")  # of tags that Pillow does not know
+            warnings.simplefilter("ignore")  # of tags unknown to Pillow
             with Image.open(path, formats=FORMATS) as image:
                 _refuse_claims(*image.size, path)
                 return _decoded(image, path)
@@ -46,13 +46,13 @@ def read_image(path: Path) -> Picture:
         raise
     except Image.DecompressionBombError:
         raise MapError(f"{path} has more than {PIXELS} pixels; no map is so large.") from None
-    except Exception:  # what decoders say of broken files is of every kind
+    except Exception:  # decoders raise every kind of exception for broken files
         raise MapError(f"{path} is no image that can be read: its header or its pixels are broken, or it is none of "
                        f"PGM, PPM, PBM, PAM, {', '.join(FORMATS)}.") from None
 
 
 def _refuse_claims(columns: int, rows: int, path: Path) -> None:
-    """Raises MapError for an image that says it has more pixels than any map, or than its bytes can hold."""
+    """Raise MapError for an image with more pixels than any map has, or than its bytes can hold."""
     size = path.stat().st_size
     if columns * rows > PIXELS:
         raise MapError(f"{path} has more than {PIXELS} pixels; no map is so large.")

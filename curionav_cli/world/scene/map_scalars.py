@@ -17,7 +17,7 @@ _BOOLS = {form: truth for words, truth in ((("y", "yes", "true", "on"), True), (
 
 
 def as_float(text: str) -> float:
-    """1e-05, 5., .5, 010 (ten), .inf, .nan. Raises ValueError for anything else, a number beyond all floats too."""
+    """Read a float: 1e-05, 5., .5, 010 (ten), .inf, .nan. Raises ValueError for anything else, and for an overflow."""
     if _ENDLESS.fullmatch(text):
         return float(text.replace(".", ""))
     number = float(text) if _FLOAT.fullmatch(text) else float("inf")
@@ -27,7 +27,7 @@ def as_float(text: str) -> float:
 
 
 def as_int(text: str) -> int:
-    """12, 0x0c, 014 (octal), of 32 bits. Raises ValueError for anything else."""
+    """Read an integer of 32 bits: 12, 0x0c, 014 (octal). Raises ValueError for anything else."""
     found = _INT.fullmatch(text)
     if found is None:
         raise ValueError(f"{text!r} is no whole number")
@@ -40,7 +40,7 @@ def as_int(text: str) -> int:
 
 
 def as_bool(text: str) -> bool:
-    """y, yes, true, on and n, no, false, off; in small letters, capitals, or with one capital. Raises ValueError."""
+    """Read a truth value: y, yes, true, on, n, no, false, off, also capitalised or in capitals. Raises ValueError."""
     if text not in _BOOLS:
         raise ValueError(f"{text!r} is neither true nor false")
     return _BOOLS[text]

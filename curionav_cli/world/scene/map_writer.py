@@ -19,7 +19,7 @@ GREYS = {FREE: 254, OCCUPIED: 0, UNKNOWN: 205}
 
 
 def write_map(path: Path, cells: np.ndarray, resolution: float, origin: Pose = ORIGIN) -> None:
-    """`path` (YAML) and a PGM of the same name beside it, each finished or absent.
+    """Write `path` (YAML) and a PGM of the same name beside it, each finished or absent.
 
     cells (rows, columns) of FREE, OCCUPIED and UNKNOWN, row 0 the lowest; resolution in metres a cell; origin of the
     lower-left corner, in metres and radians. Raises ValueError for any other value.

@@ -25,7 +25,7 @@ _COMMENT = re.compile(rb"#[^\n]*")
 
 
 def read_netpbm(path: Path) -> Picture:
-    """Raises MapError for a file that is cut off or no such image."""
+    """Read a Netpbm image. Raises MapError for a file that is cut off or no such image."""
     try:
         with open(path, "rb") as file:
             head = file.read(_HEAD)

@@ -1,4 +1,4 @@
-"""What a 2-D map does not know, in a file beside it: env.overlay=PATH, with the lists of a scene file."""
+"""Overlays of ROS maps: env.overlay=PATH, a file with the lists of a scene file for what a 2-D map does not hold."""
 
 from __future__ import annotations
 
@@ -17,9 +17,9 @@ KEYS = ("note", "start", "dock", "rooms", "walls", "solids", "posters", "lamps",
 
 
 def overlaid(env: Env, source: str) -> tuple[Env, str]:
-    """The settings with the overlay's lists, and the file that holds the lists, for errors to name.
+    """Add the overlay's lists to the settings; returns them and the name of the file that holds the lists.
 
-    What the command line or the scene file sets already stands. Raises SceneError.
+    Settings of the command line or the scene file take precedence. Raises SceneError.
     """
     if not env.overlay:
         return env, source

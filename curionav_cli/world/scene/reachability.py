@@ -1,4 +1,4 @@
-"""Which cells a robot's centre can reach: a mask on the coverage grid, made without any drawing.
+"""The cells that a robot's centre can reach, as a mask on the coverage grid; needs no rendering.
 
 A cell is visitable when its centre is farther than the robot's radius from every solid box and from
 the outside of the scene, and a path of 4-neighbours leads to it from the start.
@@ -23,9 +23,9 @@ CELLS = 4_000_000  # a hundred metres square in cells of 5 cm
 
 
 def grid_shape(size: tuple[float, float], cell: float) -> tuple[int, int]:
-    """(rows, columns) of the cells that cover a scene. Raises SceneError for more than any building has.
+    """(rows, columns) of the cells that cover a scene. Raises SceneError for more than CELLS.
 
-    ROS maps have a limit of their own, rosmap.MOST_CELLS.
+    ROS maps have a limit of their own, ros_map.MOST_CELLS.
     """
     if not 0 < size[0] / cell * (size[1] / cell) <= CELLS:
         raise SceneError(f"{size[0]:g} x {size[1]:g} m in cells of {cell:g} m are more than {CELLS} cells, or none.")
@@ -33,7 +33,7 @@ def grid_shape(size: tuple[float, float], cell: float) -> tuple[int, int]:
 
 
 def whole_cells(size: tuple[float, float], cell: float) -> tuple[int, int]:
-    """(rows, columns), however many they are."""
+    """(rows, columns) of the cells that cover a scene, without a limit."""
     return max(1, round(size[1] / cell)), max(1, round(size[0] / cell))
 
 
@@ -64,18 +64,19 @@ def covered_cells(low: np.ndarray, high: np.ndarray, shape: tuple[int, int], cel
 
 
 def component(clear: np.ndarray, row: int, column: int) -> np.ndarray:
-    """The cells that 4-neighbour steps reach from (row, column), none where that one is not clear."""
+    """The cells reached by 4-neighbour steps from (row, column); none where that cell is not clear."""
     label, _ = ndimage.label(clear)
     return (label == label[row, column]) & clear & clear[row, column]
 
 
 def air(clear: np.ndarray) -> np.ndarray:
-    """(rows, columns) float32: cells from each centre to the nearest centre outside the mask, or beside the grid."""
+    """(rows, columns) float32: distance, in cells, to the nearest centre outside the mask or the grid."""
     padded = np.pad(clear, 1).view(np.uint8)
     return cv2.distanceTransform(padded, cv2.DIST_L2, cv2.DIST_MASK_PRECISE)[1:-1, 1:-1]
 
 
 def largest_component(clear: np.ndarray) -> np.ndarray:
+    """The largest set of cells connected by 4-neighbour steps, as a mask."""
     label, count = ndimage.label(clear)
     sizes = np.bincount(label.ravel(), minlength=count + 1)
     sizes[0] = 0
@@ -125,7 +126,7 @@ def steps_from(mask: np.ndarray, start: tuple[int, int]) -> np.ndarray:
 
 
 def _spare(mask: np.ndarray, row: int, column: int) -> bool:
-    """Is this a boundary cell whose neighbours stay connected around it when it goes?"""
+    """True for a boundary cell whose removal leaves its neighbours connected."""
     ring = np.pad(mask, 1)[row:row + 3, column:column + 3].copy()
     ring[1, 1] = False
     sides = [(0, 1), (1, 0), (1, 2), (2, 1)]

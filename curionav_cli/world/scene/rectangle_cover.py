@@ -6,12 +6,12 @@ import cv2
 import numpy as np
 
 
-def mesh(solid: np.ndarray, longest: int, hidden: bool = False) -> np.ndarray:
+def cover(solid: np.ndarray, longest: int, hidden: bool = False) -> np.ndarray:
     """Rectangles (n, 4) int, row0 column0 row1 column1 (ends excluded), over a (rows, columns) mask.
 
     Every solid cell that touches a free one, corners included, is covered, with `hidden` every solid
     cell; no free cell is. Rectangles may overlap, and are at most `longest` cells long. Greedy from the lowest
-    left cell: of the widest and the tallest rectangle the one that covers more of what is left.
+    left cell: of the widest and the tallest rectangle, the one that covers more uncovered cells.
     """
     wanted = solid.copy() if hidden else solid & widened(~solid)
     right, up = runs(solid), runs(solid.T).T

@@ -1,4 +1,4 @@
-"""A robot's own map as a world: what today's Nav2 makes of a YAML file and its image, cell by cell.
+"""ROS maps as scenes: a YAML file and its image, read cell by cell as Nav2 reads them.
 
 Follows nav2_map_server (main a3a9704, src/map_io.cpp): row 0 of the image is the top; p = 1 - shade, or shade if
 `negate`; trinary: occupied if p >= occupied_thresh, free if p <= free_thresh, else unknown, all in float32.
@@ -21,7 +21,7 @@ from curionav_cli.errors import MapError
 from curionav_cli.records import Pose
 from curionav_cli.world.scene.ground import Site, highest
 from curionav_cli.world.scene.map_file import MapFile, MapWarning, read_map_file
-from curionav_cli.world.scene.map_furnishing import dress
+from curionav_cli.world.scene.map_furnishing import furnish
 from curionav_cli.world.scene.map_greys import BLOCK
 from curionav_cli.world.scene.map_image import read_image
 from curionav_cli.world.scene.reachability import CELLS, air, largest_component, whole_cells
@@ -38,7 +38,7 @@ COARSER = (0.1, 0.2, 0.5, 1.0, 2.0)  # metres; what is proposed instead
 
 @dataclass(frozen=True)
 class RosMap:
-    """cells (rows, columns) int8: FREE, OCCUPIED, UNKNOWN or 1..99; row 0 is the lowest.
+    """An occupancy grid. cells (rows, columns) int8: FREE, OCCUPIED, UNKNOWN or 1..99; row 0 is the lowest.
 
     origin: of the lower-left corner; corner: where in the image that is, metres from the image's own.
     """
@@ -50,24 +50,25 @@ class RosMap:
 
 
 def read_map(path: Path, unknown_grey: int | None = None) -> RosMap:
-    """The occupancy grid that this YAML file describes, whole. Raises MapError."""
+    """Read the whole occupancy grid of a YAML file. Raises MapError. unknown_grey: a grey to read as unknown."""
     spec = read_map_file(path)
-    seen = read_image(spec.image)
-    meaning = _meaning(spec)
+    image = read_image(spec.image)
+    occupancy = _occupancy_of_greys(spec)
     if unknown_grey is not None:
-        meaning[unknown_grey] = UNKNOWN
-    cells = cv2.LUT(seen.grey, meaning)
-    if seen.clear is not None and spec.mode != "raw":
-        cells[seen.clear] = UNKNOWN
-    if unknown_grey is None and meaning[TRAP_GREY] == FREE and _trapped(seen.grey, cells) > TRAP_SHARE:
-        warnings.warn(f"{path}: grey {TRAP_GREY} usually means unknown, and with free_thresh {spec.free:g} it is free. "
+        occupancy[unknown_grey] = UNKNOWN
+    cells = cv2.LUT(image.grey, occupancy)
+    if image.clear is not None and spec.mode != "raw":
+        cells[image.clear] = UNKNOWN
+    if unknown_grey is None and FREE <= occupancy[TRAP_GREY] < OCCUPIED and _trapped(image.grey, cells) > TRAP_SHARE:
+        where = f"mode {spec.mode}" if spec.mode == "scale" else f"free_thresh {spec.free:g}"
+        warnings.warn(f"{path}: grey {TRAP_GREY} usually means unknown, and with {where} it is free. "
                       f"Set env.unknown_grey={TRAP_GREY} if rooms run out into the unknown.", MapWarning, stacklevel=2)
     spec.warn_of_rounding(max(cells.shape))
     return RosMap(cells[::-1], spec.resolution, spec.origin)
 
 
-def _meaning(spec: MapFile) -> np.ndarray:
-    """(256,) int8, what each grey says: trinary, scale (0 to 100 between the thresholds), raw (the grey itself)."""
+def _occupancy_of_greys(spec: MapFile) -> np.ndarray:
+    """(256,) int8: occupancy by grey, in mode trinary, scale (0 to 100 between the thresholds) or raw (the grey)."""
     grey = np.arange(256)
     if spec.mode == "raw":
         return np.where(grey <= OCCUPIED, grey, UNKNOWN).astype(np.int8)
@@ -84,11 +85,11 @@ def _meaning(spec: MapFile) -> np.ndarray:
 def _trapped(grey: np.ndarray, cells: np.ndarray) -> float:
     """The share of free cells of the grey that usually means unknown."""
     parts = ((grey.reshape(-1)[at:at + BLOCK], cells.reshape(-1)[at:at + BLOCK]) for at in range(0, grey.size, BLOCK))
-    return sum(np.count_nonzero((shade == TRAP_GREY) & (cell == FREE)) for shade, cell in parts) / max(1, grey.size)
+    return sum(np.count_nonzero((shade == TRAP_GREY) & (cell >= FREE)) for shade, cell in parts) / max(1, grey.size)
 
 
 def explored_map(env: Env) -> RosMap:
-    """The map of env.map, cropped to what was explored where the whole would be too much. Raises MapError."""
+    """Read the map of env.map, cropped to its explored part if it is larger than CELLS. Raises MapError."""
     assert env.map is not None
     path = Path(env.map).expanduser()
     ros = read_map(path, env.unknown_grey)
@@ -105,13 +106,13 @@ def explored_map(env: Env) -> RosMap:
 
 
 def _cropped(ros: RosMap, cell: float) -> RosMap:
-    """Without the unknown far around; it begins a whole number of coverage cells from the image's corner."""
-    known = [np.flatnonzero((ros.cells != UNKNOWN).any(axis=1 - axis)) for axis in (0, 1)]
-    if not len(known[0]):
+    """Crop unknown margins; the crop begins a whole number of coverage cells from the image's corner."""
+    explored = [np.flatnonzero((ros.cells != UNKNOWN).any(axis=1 - axis)) for axis in (0, 1)]
+    if not len(explored[0]):
         return ros
     margin, step = math.ceil(MARGIN / ros.resolution), max(1, round(cell / ros.resolution))
     (row, above), (column, right) = ((max(0, int(at[0]) - margin) // step * step, int(at[-1]) + 1 + margin)
-                                     for at in known)
+                                     for at in explored)
     x, y = column * ros.resolution, row * ros.resolution
     sin, cos = math.sin(ros.origin.yaw), math.cos(ros.origin.yaw)
     origin = Pose(ros.origin.x + cos * x - sin * y, ros.origin.y + sin * x + cos * y, ros.origin.yaw)
@@ -119,7 +120,7 @@ def _cropped(ros: RosMap, cell: float) -> RosMap:
 
 
 def map_site(ros: RosMap, env: Env, lists: Lists) -> Site:
-    """The world in this map, dressed as the lists say and as can be guessed. Raises MapError."""
+    """The site of a ROS map, furnished by the lists and by guesses. Raises MapError."""
     free = (ros.cells >= FREE) & (ros.cells < env.scale_occupied)
     if not free.any():
         raise MapError(f"{env.map}: the map has no free cell, so there is nothing to explore. "
@@ -129,7 +130,7 @@ def map_site(ros: RosMap, env: Env, lists: Lists) -> Site:
     size = (columns * ros.resolution, rows * ros.resolution)
     cell = env.cell or ros.resolution
     room = _at_centres(free, ros.resolution, whole_cells(size, cell), cell)
-    boxes, ground, lamps = dress(free, ros.resolution, env.height, lists)
+    boxes, ground, lamps = furnish(free, ros.resolution, env.height, lists)
     occupancy = highest(ros.cells, ros.resolution, room.shape, cell)
     return Site(size, cell, boxes, ground, floor=room, lamps=lamps, origin=ros.origin, corner=ros.corner,
                 occupancy=occupancy, solid=occupancy >= env.scale_occupied)

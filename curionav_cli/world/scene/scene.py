@@ -1,7 +1,7 @@
-"""A scene: frozen, drawn or not. Boxes, the reachable cells, the start, and what each episode changes.
+"""A scene, frozen: boxes, reachable cells, start, and its changes between episodes. No rendering.
 
 `Scene.from_dict` reads a file of conf/env (its lists: scene_format.py); `Scene.at` is one episode's scene.
-Collision and coverage need only `plan`; nothing here draws.
+Collision and coverage need only `plan`.
 """
 
 from __future__ import annotations
@@ -23,9 +23,9 @@ from curionav_cli.world.scene.scene_format import Light, Move
 
 @dataclass(frozen=True)
 class Scene:
-    """One world. Lengths in metres.
+    """A scene; lengths in metres.
 
-    plan.visitable: what can be reached when everything that moves is carried out. In the scene of an
+    plan.visitable: what can be reached when everything that moves is taken away. In the scene of an
     episode (`at`) it is what can be reached in that episode, a subset.
     """
 
@@ -50,29 +50,31 @@ class Scene:
 
     @classmethod
     def from_dict(cls, raw: dict[str, Any], source: str = "scene") -> Scene:
-        """The scene that a plain dict describes. Raises SceneError or MapError naming `source`."""
+        """Build the scene that a plain dict describes. Raises SceneError or MapError naming `source`."""
         return cls(**construct(raw, source))
 
     @property
     def start_heading(self) -> int:
+        """The heading of the start, in steps of 10 degrees."""
         return round(math.degrees(self.plan.start.yaw) / 10.0) % 36
 
     @property
     def changing(self) -> bool:
+        """True when light or furniture change between episodes."""
         return bool(self.moves) or bool(self.light.drift) or bool(self.light.sigma)
 
     def at(self, episode: int, seed: int) -> tuple[Scene, tuple[dict[str, Any], ...]]:
-        """The scene in this episode of the life `seed`, and what changed since the last one."""
+        """The scene in an episode of run `seed`, and the changes since the previous episode, as dicts."""
         if not self.changing:
             return self, ()
         boxes = self.boxes
         events: list[dict[str, Any]] = []
         for number, move in enumerate(self.moves):
             which = next(i for i, item in enumerate(self.items) if item.name == move.item)
-            home = self.items[which].home
+            first = self.items[which].first
             now = dynamics.place(self.items[which], move, number, episode, seed)
             before = dynamics.place(self.items[which], move, number, max(episode - 1, 0), seed)
-            boxes = boxes.moved(which, now[0] - home[0], now[1] - home[1])
+            boxes = boxes.moved(which, now[0] - first[0], now[1] - first[1])
             if now != before:
                 events.append({"what": "move", "item": move.item, "from": list(before), "to": list(now)})
         brightness = dynamics.brightness(self.light, episode, seed)

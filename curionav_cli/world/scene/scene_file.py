@@ -53,7 +53,7 @@ def env_dir() -> Path:
 
 
 def plain(name: str, **changes: Any) -> tuple[dict[str, Any], str]:
-    """The dict in conf/env/<name>.yaml with some keys changed, and the file's name. No Hydra."""
+    """Read conf/env/<name>.yaml without Hydra: its dict with `changes`, and the file's name. Raises SceneError."""
     path = env_dir() / f"{name}.yaml"
     if not path.is_file():
         names = ", ".join(sorted(file.stem for file in env_dir().glob("*.yaml")))
@@ -62,11 +62,11 @@ def plain(name: str, **changes: Any) -> tuple[dict[str, Any], str]:
 
 
 def settings(raw: dict[str, Any], source: str) -> Env:
-    """The flat keys; their ranges are checked by Env."""
+    """Check the keys of a scene and make its Env, which checks the ranges. Raises SceneError naming `source`."""
     raw = {key: value for key, value in raw.items() if key not in HYDRA_KEYS}
-    known = {field.name: field for field in fields(Env)}
-    refuse_unknown(raw, known, source, "")
-    for name, field in known.items():
+    keys = {field.name: field for field in fields(Env)}
+    refuse_unknown(raw, keys, source, "")
+    for name, field in keys.items():
         if name not in raw and field.default is MISSING and field.default_factory is MISSING:
             raise SceneError(f"{source}: a scene needs the key {name}.")
     if not isinstance(raw["name"], str):
@@ -91,6 +91,7 @@ def _check_number(value: Any, least: float, most: float, what: str) -> None:
 
 
 def collision_of(env: Env, source: str) -> str:
+    """The name of the collision mode. Raises SceneError naming `source`."""
     name = env.collision.value if isinstance(env.collision, Enum) else env.collision
     if name not in COLLISIONS:
         raise SceneError(f"{source}: collision must be one of {', '.join(COLLISIONS)}, not {name!r}.")
@@ -98,7 +99,7 @@ def collision_of(env: Env, source: str) -> str:
 
 
 def lists_of(env: Env, source: str) -> Lists:
-    """The lists with every entry checked, repeated pieces written out, kinds' sizes filled in."""
+    """Check the lists of a scene, expand repeated pieces, fill in sizes of kinds. Raises SceneError."""
     light = Light()
     if env.light and env.changes:
         light = read(Light, env.light, source, "light")
@@ -120,7 +121,7 @@ def _each(env: Env, key: str, record: Any, source: str) -> tuple[Any, ...]:
 def _solids(env: Env, source: str) -> tuple[Solid, ...]:
     solids = _each(env, "solids", Solid, source)
     if solids and not env.map:
-        raise SceneError(f"{source}: solids tells what a ROS map shows as occupied, and this scene opens no map. "
+        raise SceneError(f"{source}: solids describes what a ROS map shows as occupied, and this scene opens no map. "
                          "Build it of walls and furniture.")
     for index, solid in enumerate(solids):
         _check_number(solid.height, 0.01, env.height, f"{source}: solids[{index}].height")

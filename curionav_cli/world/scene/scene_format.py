@@ -1,4 +1,4 @@
-"""The lists in a scene file, one dataclass each, and a reader that names file and key when it refuses.
+"""The lists in a scene file, one dataclass each, and their reader, whose errors name file and key.
 
 Metres and degrees. x points right and y up from the lower-left inner corner of the scene.
 """
@@ -31,10 +31,10 @@ class Room:
 
 @dataclass(frozen=True)
 class Wall:
-    """line [x0, y0, x1, y1] along x or y; gaps [[at, width, height]], windows [[at, width, sill, top]].
+    """An inner wall: line [x0, y0, x1, y1] along x or y; gaps [[at, width, height]], windows [[at, width, sill, top]].
 
     `at` is measured along the line from its first point. Without a material each side takes that of
-    the room it looks at. Without a height it reaches the ceiling.
+    the room it faces. Without a height it reaches the ceiling.
     """
 
     line: Quad
@@ -57,7 +57,7 @@ class Solid:
 
 @dataclass(frozen=True)
 class Poster:
-    """Something flat on a wall: at [x, y] on the wall's surface, the way it faces, z its lower edge."""
+    """A flat picture on a wall: at [x, y] on the wall's surface; face: its direction; z: its lower edge."""
 
     at: Pair
     face: str
@@ -125,15 +125,15 @@ NOT_NEGATIVE: dict[type, tuple[str, ...]] = {Wall: ("height",), Light: ("sigma",
 
 
 def read(record: type[Record], raw: Any, source: str, where: str) -> Record:
-    """The record in this plain dict. Raises SceneError naming file, key, and what it could have been."""
+    """Read a record from a plain dict. Raises SceneError naming file, key and the nearest valid key."""
     if not isinstance(raw, dict):
         raise SceneError(f"{source}: {where} must be a mapping like {{{_example(record)}}}, not {raw!r}.")
-    known = {field.name: field for field in fields(record)}  # type: ignore[arg-type]
-    refuse_unknown(raw, known, source, where)
-    for name, field in known.items():
+    keys = {field.name: field for field in fields(record)}  # type: ignore[arg-type]
+    refuse_unknown(raw, keys, source, where)
+    for name, field in keys.items():
         if name not in raw and field.default is MISSING:
             raise SceneError(f"{source}: {where} lacks the key {name}.")
-    values = {name: value(raw[name], str(known[name].type), source, f"{where}.{name}") for name in raw}
+    values = {name: value(raw[name], str(keys[name].type), source, f"{where}.{name}") for name in raw}
     for name, number in values.items():
         if name in ABOVE_ZERO.get(record, ()) and number <= 0:
             raise SceneError(f"{source}: {where}.{name} must be more than 0, not {number:g}.")
@@ -143,19 +143,20 @@ def read(record: type[Record], raw: Any, source: str, where: str) -> Record:
 
 
 def refuse_unknown(raw: dict[str, Any], known: Any, source: str, where: str) -> None:
+    """Raise SceneError for a key that is not one of `known`."""
     for key in raw:
         if key not in known:
             raise SceneError(f"{source}: {where or 'a scene'} has no key {key}. {hint(key, known)}")
 
 
 def hint(key: object, known: Collection[str]) -> str:
-    """The name that was meant, or all of them."""
+    """A sentence with the nearest known name, or with all of them."""
     near = get_close_matches(str(key), list(known), 1)
     return f"Did you mean {near[0]}?" if near else f"It has: {', '.join(known)}."
 
 
 def value(raw: Any, kind: str, source: str, where: str) -> Any:
-    """The value as the type named by an annotation above. Raises SceneError."""
+    """Convert a value to the type named by an annotation above. Raises SceneError naming `source` and `where`."""
     if kind in _READERS:
         wanted, convert = _READERS[kind]
         try:

@@ -12,11 +12,11 @@ import pytest
 from dockside import Dockside
 
 from curionav_cli.robot.docking.action import Code, Feedback, Goal, GoalState, Phase
-from curionav_cli.robot.docking.client import Client
+from curionav_cli.robot.docking.client import DockingClient
 
 
 def serve(pipe: Connection) -> None:
-    """A server that says that it is busy, ten times a second, until it ends."""
+    """A server that sends feedback ten times a second, until it ends."""
     elapsed = 0.0
     while True:
         pipe.send(Feedback(Phase.approach, "scan", 1, elapsed, (0, 0, 0), 1.0))
@@ -24,7 +24,7 @@ def serve(pipe: Connection) -> None:
         time.sleep(0.1)
 
 
-class Distant:
+class RemoteServer:
     """The client's end of a server in another process."""
 
     def __init__(self) -> None:
@@ -51,7 +51,7 @@ class Distant:
 
 @pytest.mark.parametrize("blow", [signal.SIGKILL, signal.SIGSTOP])
 def test_a_dead_or_stalled_server_is_noticed_within_three_seconds(blow: signal.Signals) -> None:
-    robot, server = Dockside(), Distant()
+    robot, server = Dockside(), RemoteServer()
     struck: list[float] = []
 
     def strike(feedback: Feedback) -> None:
@@ -60,7 +60,8 @@ def test_a_dead_or_stalled_server_is_noticed_within_three_seconds(blow: signal.S
             struck.append(time.monotonic())
             os.kill(server.process.pid or 0, blow)
     try:
-        code, text = Client(server, robot.base, patience=2.0, pause=time.sleep).pursue(Goal(robot.scene.dock), strike)
+        client = DockingClient(server, robot.base, patience=2.0, pause=time.sleep)
+        code, text = client.send_goal_and_wait(Goal(robot.scene.dock), strike)
     finally:
         server.process.kill()
         server.process.join()
@@ -69,8 +70,8 @@ def test_a_dead_or_stalled_server_is_noticed_within_three_seconds(blow: signal.S
     assert robot.base.velocity == (0.0, 0.0)
 
 
-class Stalling:
-    """A server that says nothing more after so many ticks."""
+class StallingServer:
+    """A server that is silent after so many ticks."""
 
     def __init__(self, server, ticks: int):
         self.server, self.left = server, ticks
@@ -92,14 +93,15 @@ class Stalling:
 @pytest.mark.parametrize("ticks", [3, 40, 150])
 def test_the_watchdog_stops_the_wheels_in_every_phase(ticks: int) -> None:
     robot = Dockside(at=(1.6, 0.2, 90.0))
-    heard: list[Feedback] = []
-    client = Client(Stalling(robot.server, ticks), robot.base, patience=2.0)
-    code, _ = client.pursue(Goal(robot.scene.dock), heard.append)
-    assert code is Code.server_lost and len(heard) == ticks - 1
+    received: list[Feedback] = []
+    client = DockingClient(StallingServer(robot.server, ticks), robot.base, patience=2.0)
+    code, _ = client.send_goal_and_wait(Goal(robot.scene.dock), received.append)
+    assert code is Code.server_lost and len(received) == ticks - 1
     assert robot.base.velocity == (0.0, 0.0)
 
 
 def test_an_unknown_dock_is_answered_at_once() -> None:
     robot = Dockside()
-    code, text = Client(robot.server, robot.base, 2.0).pursue(Goal(robot.scene.dock, dock_id="kitchen"), print)
+    client = DockingClient(robot.server, robot.base, 2.0)
+    code, text = client.send_goal_and_wait(Goal(robot.scene.dock, dock_id="kitchen"), print)
     assert code is Code.cancelled and "kitchen" in text

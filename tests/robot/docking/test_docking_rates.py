@@ -1,4 +1,4 @@
-"""Success follows from geometry: more error of belief is not better, more recoveries not worse; nothing is drawn."""
+"""Success follows from geometry: more error of the estimate is not better, more recoveries not worse."""
 
 from __future__ import annotations
 
@@ -15,9 +15,10 @@ SEEDS = range(12)
 
 
 def docked(aside: float, recoveries: list[Recovery]) -> list[bool]:
-    """Homecomings of a robot that stands `aside` metres to the right of where it believes to stand."""
-    return [Dockside(at=(1.2, -aside, 0.0), believed=(0.0, aside), seed=seed, recoveries=recoveries).ask().ended()
-            == "docked" for seed in SEEDS]
+    """Returns of a robot that stands `aside` metres to the right of its estimate."""
+    robots = (Dockside(at=(1.2, -aside, 0.0), estimate_error=(0.0, aside), seed=seed, recoveries=recoveries)
+              for seed in SEEDS)
+    return [robot.send_goal().result() == "docked" for robot in robots]
 
 
 @pytest.fixture(scope="module")
@@ -25,7 +26,7 @@ def alone() -> dict[float, list[bool]]:
     return {aside: docked(aside, []) for aside in (0.0, 0.3, 0.7)}
 
 
-def test_the_further_off_the_belief_the_fewer_dock(alone: dict[float, list[bool]]) -> None:
+def test_the_larger_the_error_of_the_estimate_the_fewer_dock(alone: dict[float, list[bool]]) -> None:
     near, off, far = (sum(found) for found in alone.values())
     assert near >= off >= far
     assert near >= 10 and far <= 2
@@ -38,13 +39,13 @@ def test_a_recovery_never_costs_a_success(alone: dict[float, list[bool]]) -> Non
     assert sum(more) >= sum(alone[0.3])
 
 
-def test_the_same_seed_comes_home_the_same_way() -> None:
-    ends = [Dockside(at=(1.6, 0.2, 90.0), seed=5).ask() for _ in range(2)]
-    assert ends[0].ended() == ends[1].ended()
+def test_the_same_seed_gives_the_same_return() -> None:
+    ends = [Dockside(at=(1.6, 0.2, 90.0), seed=5).send_goal() for _ in range(2)]
+    assert ends[0].result() == ends[1].result()
     assert ends[0].body.pose == ends[1].body.pose and ends[0].server.seconds == ends[1].server.seconds
 
 
-def test_homing_and_docking_draw_no_numbers() -> None:
+def test_navigation_and_docking_draw_no_random_numbers() -> None:
     """None of these modules has a generator: noise is the body's, missed frames are the light's."""
     room = Path(curionav_cli.__file__).parent / "robot"
     for path in [*room.glob("docking/*.py"), room / "navigation.py", room / "planner.py", room / "charging_dock.py"]:

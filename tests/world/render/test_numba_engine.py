@@ -1,4 +1,4 @@
-"""The numba engine beside the numpy one. Skips where numba is absent, but for how that is told."""
+"""The numba engine beside the numpy one. Skips where numba is absent, but for the message about that."""
 
 from __future__ import annotations
 
@@ -94,6 +94,6 @@ def test_a_vector_of_worlds_is_single_worlds(small_room: Scene, needs_numba) -> 
     one.reset(seed=6)
     for actions in np.random.default_rng(0).integers(0, 3, (30, 3)):
         seen, *_, info = many.step(actions)
-        alone, *_, told = one.step(int(actions[1]))
+        alone, *_, single = one.step(int(actions[1]))
         assert seen["image"][1].tobytes() == alone["image"].tobytes()
-        assert seen["depth"][1].tobytes() == alone["depth"].tobytes() and (info["pose"][1] == told["pose"]).all()
+        assert seen["depth"][1].tobytes() == alone["depth"].tobytes() and (info["pose"][1] == single["pose"]).all()

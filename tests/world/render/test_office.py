@@ -25,9 +25,9 @@ def office(tmp_path_factory) -> Scene:
 def test_a_frame_tries_few_boxes_of_many(office: Scene, small_room: Scene, draw_spots) -> None:
     assert office.size == (100.0, 100.0) and len(office.boxes) > 2000
     assert office.plan.visitable.sum() > 2e6
-    view = Renderer(office).view
+    camera = Renderer(office).camera
     x, y, heading = draw_spots(office, 50, 0)
-    tried = view.culling(x, y, np.cos(heading * np.pi / 18), np.sin(heading * np.pi / 18)).boxes
+    tried = camera.culling(x, y, np.cos(heading * np.pi / 18), np.sin(heading * np.pi / 18)).boxes
     assert (tried <= len(office.boxes)).sum(axis=1).mean() < 6 * len(small_room.boxes)
 
 

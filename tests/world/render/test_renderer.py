@@ -193,10 +193,10 @@ def test_same_bytes_in_another_process_with_more_threads() -> None:
     assert len(seen) == 1 and len(seen.pop().strip()) == 64
 
 
-def test_the_wedge_keeps_every_box_that_is_seen(small_room: Scene, monkeypatch) -> None:
+def test_the_wedge_keeps_every_visible_box(small_room: Scene, monkeypatch) -> None:
     monkeypatch.setattr("curionav_cli.world.render.culling.FEW", 0)
-    view = Renderer(small_room).view
-    among = view.culling(np.array([1.0]), np.array([2.0]), COS[[9]], SIN[[9]])
-    top = among.bounds[1, 1, 0]  # the northern edge of each box that is kept
+    camera = Renderer(small_room).camera
+    candidates = camera.culling(np.array([1.0]), np.array([2.0]), COS[[9]], SIN[[9]])
+    top = candidates.bounds[1, 1, 0]  # the northern edge of each box that is kept
     assert (top > 2.0).all() and 0 < len(top) < len(small_room.boxes)
-    assert among.boxes[0, among.walls - 1] == len(small_room.boxes)
+    assert candidates.boxes[0, candidates.walls - 1] == len(small_room.boxes)

@@ -97,6 +97,15 @@ def test_the_grey_of_unknown_is_warned_of_and_mended(tmp_path: Path) -> None:
     assert read_map(path, unknown_grey=205).cells.tolist() == [[UNKNOWN, FREE, OCCUPIED, UNKNOWN]]
 
 
+@pytest.mark.parametrize(("free", "value"), [("0.19", 1), ("0.196", 0)])
+def test_in_mode_scale_it_is_warned_of_too(tmp_path: Path, free: str, value: int) -> None:
+    write_map(tmp_path, np.array([[205, 254, 0, 205]]))
+    path = describe(tmp_path, thresholds("0.65", free, "negate: 0\nmode: scale\n"))
+    with pytest.warns(MapWarning, match=r"with mode scale it is free\. Set env\.unknown_grey=205"):
+        assert read_map(path).cells.tolist() == [[value, FREE, OCCUPIED, value]]
+    assert read_map(path, unknown_grey=205).cells.tolist() == [[UNKNOWN, FREE, OCCUPIED, UNKNOWN]]
+
+
 @pytest.mark.parametrize(("resolution", "columns", "warned"), [
     ("0.013", 30, True), ("0.013", 20, False), ("0.0125", 90, False), ("0.050", 400, False), ("0.025000", 90, False),
     ("1.3e-2", 90, False)])

@@ -96,7 +96,7 @@ FORMS = {
     "a directive": b"%YAML 1.2\n---\n" + GOOD.encode(),
     "JSON with tabs": JSON.encode(),
     "the first of two keys": (GOOD + "negate: 1\noccupied_thresh: 2\nimage: gone.pgm\n").encode(),
-    "keys that nobody knows": (GOOD + "map_type: occupancy\n? [a, b]\n: {c: [1, 2]}\n").encode(),
+    "unknown keys": (GOOD + "map_type: occupancy\n? [a, b]\n: {c: [1, 2]}\n").encode(),
     "tags": GOOD.replace("0.65", "!!float 0.65").replace("map.pgm", "!!str map.pgm").encode(),
     "an anchor": GOOD.replace("0.65", "&edge 0.65").replace("0.196", "*edge").encode(),
 }

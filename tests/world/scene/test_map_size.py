@@ -86,7 +86,7 @@ def test_coarser_cells_begin_where_those_of_the_whole_map_do(tmp_path: Path) -> 
     assert offset == pytest.approx(np.rint(offset)) and plan.visitable.any()
 
 
-def test_what_is_too_large_is_told_the_way_out(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_map_that_is_too_large_is_refused_with_a_remedy(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """The limit is that of the cropped map, and the cell it names opens it."""
     path = str(big(tmp_path))
     monkeypatch.setattr(ros_map, "MOST_CELLS", 80_000)

@@ -1,4 +1,4 @@
-"""The file beside a ROS map that tells what a map does not know."""
+"""Overlays: the file beside a ROS map for what the map does not hold."""
 
 from __future__ import annotations
 
@@ -126,7 +126,7 @@ def test_no_overlay_there_and_no_map_for_it(office: Path) -> None:
         scene(office, office.with_name("none.yaml"))
     with pytest.raises(SceneError, match="overlay adds to a ROS map"):
         Scene.from_dict(*plain("small_room", overlay=str(overlay(office))))
-    with pytest.raises(SceneError, match=r"solids tells what a ROS map shows .* this scene opens no map"):
+    with pytest.raises(SceneError, match=r"solids describes what a ROS map shows .* this scene opens no map"):
         Scene.from_dict(*plain("small_room", solids=[{"rect": TABLE, "height": 1}]))
     broken = office.with_name("broken.yaml")
     for text, said in (("posters: [\n", "broken.yaml is not YAML in line"), ("- 1\n", "must hold keys")):

@@ -85,7 +85,7 @@ def test_the_lab_has_its_cells(places: dict[str, Scene]) -> None:
     assert np.array_equal(still.plan.floor, scene.plan.floor)
 
 
-def test_the_lab_is_furnished_as_told() -> None:
+def test_the_lab_is_furnished_as_its_file_says() -> None:
     raw, _ = plain("large_lab")
     kinds = [piece["kind"] for piece in raw["furniture"]]
     assert sum(str(piece.get("name", "")).startswith("table_") for piece in raw["furniture"]) == 12
@@ -101,8 +101,8 @@ def all_places(scene: Scene) -> dict[str, list[tuple[np.ndarray, np.ndarray]]]:
     found: dict[str, list[tuple[np.ndarray, np.ndarray]]] = {}
     for number, (item, move) in enumerate(zip(scene.items, scene.moves, strict=True)):
         own = scene.boxes.item == number
-        for place in (item.home, *move.to):
-            shift = np.array([place[0] - item.home[0], place[1] - item.home[1], 0.0])
+        for place in (item.first, *move.to):
+            shift = np.array([place[0] - item.first[0], place[1] - item.first[1], 0.0])
             found.setdefault(item.name, []).append((scene.boxes.low[own] + shift, scene.boxes.high[own] + shift))
     return found
 
@@ -137,8 +137,8 @@ def test_a_life_in_the_lab_changes_with_its_seed_and_is_recorded(places: dict[st
         observation, _ = env.reset(options={"episode": 6})
         moves = [event for event in env.events if event["what"] == "move"]
         assert moves and all(event["from"] != event["to"] for event in moves)
-        told = (observation["image"].tobytes(), env.events)
-        assert seen.setdefault(seed, told) == told
+        state = (observation["image"].tobytes(), env.events)
+        assert seen.setdefault(seed, state) == state
     assert seen[0] != seen[1]
     empty: dict[str, Any] = {"image": np.zeros((1, 64, 64, 3), np.uint8), "action": np.zeros(0, np.int64),
                              "pose": np.zeros((1, 3)), "collided": np.zeros(0, bool)}
@@ -148,7 +148,7 @@ def test_a_life_in_the_lab_changes_with_its_seed_and_is_recorded(places: dict[st
 
 def test_every_move_begins_where_the_last_one_ended(places: dict[str, Scene]) -> None:
     scene = places["large_lab"]
-    at = {item.name: list(item.home) for item in scene.items}
+    at = {item.name: list(item.first) for item in scene.items}
     for episode in range(1, 14):
         for event in scene.at(episode, 5)[1]:
             if event["what"] == "move":
@@ -187,7 +187,7 @@ def test_a_home_has_many_rooms_materials_and_heights(places: dict[str, Scene], n
     assert len({room["wall"] for room in rooms}) >= 6 and len({room["floor"] for room in rooms}) >= 5
     for room in rooms:
         x0, y0, x1, y1 = (round(side / 0.05) for side in room["rect"])
-        assert places[name].plan.visitable[y0:y1, x0:x1].any(), f"nobody can enter {room['name']}"
+        assert places[name].plan.visitable[y0:y1, x0:x1].any(), f"no robot can enter {room['name']}"
     boxes = places[name].boxes
     assert len(set(np.round(boxes.high[~boxes.decal, 2], 2))) > 15
     assert len(raw["posters"]) >= 15 and len(boxes) < 220

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from curionav_cli.records import FloorPlan, Pose
+from curionav_cli.world.contact_sheet import MIST, top_view
 from curionav_cli.world.scene.ground import highest
 from curionav_cli.world.scene.scene import Scene
 from curionav_cli.world.scene.scene_file import plain
@@ -42,7 +43,7 @@ def test_a_thick_pillar_has_no_hole_and_the_inside_of_a_ring_is_no_floor(tmp_pat
     assert not plan.floor[inside].any() and (plan.occupancy[inside] == 0).all()
 
 
-def test_unknown_space_is_told_from_walls_and_kept_in_the_runs_plan(tmp_path: Path) -> None:
+def test_unknown_space_differs_from_walls_and_is_kept_in_the_runs_plan(tmp_path: Path) -> None:
     pixels = np.full((80, 100), UNKNOWN)
     pixels[10:70, 10:90], pixels[12:68, 12:88] = WALL, FREE
     plan = opened(tmp_path, pixels, dock=[1.0, 1.0, 90]).plan
@@ -79,3 +80,12 @@ def test_the_highest_value_of_finer_wider_and_uneven_cells() -> None:
 
 def test_a_scene_without_a_map_has_nothing_unknown(small_room: Scene) -> None:
     assert small_room.plan.occupancy is None and not small_room.plan.unknown.any() and small_room.plan.solid.any()
+
+
+def test_the_top_view_shows_the_corner_that_nobody_saw_as_unknown(tmp_path: Path) -> None:
+    pixels = np.full((100, 100), UNKNOWN)
+    for color, edge in ((WALL, 0), (FREE, 1)):
+        pixels[10 + edge:90 - edge, 10 + edge:40 - edge] = pixels[60 + edge:90 - edge, 10 + edge:90 - edge] = color
+    image = top_view(opened(tmp_path, pixels), 400)
+    corner = image[:200, 200:-6]  # beyond the arms
+    assert (corner == MIST).all(-1).mean() > 0.95

@@ -12,7 +12,7 @@ from scipy import ndimage
 from curionav_cli.errors import MapError, SceneError
 from curionav_cli.world.render.renderer import Renderer
 from curionav_cli.world.scene.map_furnishing import rooms
-from curionav_cli.world.scene.rectangle_cover import mesh
+from curionav_cli.world.scene.rectangle_cover import cover
 from curionav_cli.world.scene.ros_map import FREE, OCCUPIED, read_map
 from curionav_cli.world.scene.scene import Scene
 from curionav_cli.world.scene.scene_file import plain
@@ -146,7 +146,7 @@ def test_a_start_that_is_no_pose_is_refused_before_the_map_is_searched(tmp_path:
     assert "\n" not in str(caught.value)
 
 
-def test_a_robot_too_wide_is_told_so(tmp_path: Path) -> None:
+def test_a_robot_too_wide_is_refused(tmp_path: Path) -> None:
     path = write_map(tmp_path, house())
     with pytest.raises(SceneError, match="of radius 3 m fits nowhere"):
         Scene.from_dict(*plain("map", map=str(path), radius=3.0))
@@ -155,7 +155,7 @@ def test_a_robot_too_wide_is_told_so(tmp_path: Path) -> None:
 def test_a_mesh_covers_every_wall_that_is_seen_and_no_floor() -> None:
     solid = ndimage.gaussian_filter(np.random.default_rng(0).normal(size=(60, 70)), 2) > 0
     covered = np.zeros_like(solid)
-    boxes = mesh(solid, 12)
+    boxes = cover(solid, 12)
     for r0, c0, r1, c1 in boxes:
         assert 0 < r1 - r0 <= 12 and 0 < c1 - c0 <= 12
         covered[r0:r1, c0:c1] = True
@@ -164,7 +164,7 @@ def test_a_mesh_covers_every_wall_that_is_seen_and_no_floor() -> None:
     assert len(boxes) < beside.sum() / 3
 
 
-def test_rooms_are_told_apart_by_their_door() -> None:
+def test_rooms_are_separated_by_their_door() -> None:
     free = house() == 254
     number = rooms(free, 0.1)
     assert (number >= 0).tolist() == free.tolist()
