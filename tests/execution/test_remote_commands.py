@@ -197,5 +197,5 @@ def test_a_storage_of_another_run_is_named_by_what_differs(cli: Cli, tmp_path: P
     other = cli("train", *at_storage(storage, "server", "agent.horizon=5"))
     assert other.code == 2 and "storage: it is used with other settings: agent.horizon was 4, now 5." in other.error
     fresh = cli("explore", *at_storage(storage, "second", "learner=remote"))
-    assert fresh.code == 2 and "holds the episodes of another run. Go on in its folder, or use an" in fresh.error
+    assert fresh.code == 2 and "holds the episodes of another run. Resume that run, or use an" in fresh.error
     assert len(fresh.error.strip().splitlines()) == 1
