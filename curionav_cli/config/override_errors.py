@@ -35,7 +35,9 @@ EXTRAS = {  # of pyproject.toml
 }
 REQUIRED = ("env", "agent", "robot", "scale")
 FOR_SWEEPS = re.compile(r"launcher$|hydra[/.](launcher|sweeper)\b")
-UNREADABLE = (HydraException, OmegaConfBaseException, yaml.YAMLError, ValueError, OSError)
+PARAMS = "hydra.sweeper.params."
+UNREADABLE = (HydraException, OmegaConfBaseException, yaml.YAMLError, ValueError, OSError,
+              AssertionError)  # OmegaConf's, for a key below one that is null
 
 
 class OverrideErrors:
@@ -162,6 +164,9 @@ class OverrideErrors:
             if inner:
                 raise ConfigError(f"{key} holds several settings: {', '.join(inner)}.") from error
             if not (override.is_add() or override.is_force_add() or exists(base, key)):
+                if key.startswith(PARAMS):
+                    raise ConfigError(f"{override.input_line}: no such key is declared. Type the setting itself: "
+                                      f"{str(override.input_line).removeprefix(PARAMS)}") from error
                 raise ConfigError(f"The settings have no key {key}.{self.guess(key, known)}") from error
         self.value(job, base, error)
 
@@ -224,9 +229,9 @@ class OverrideErrors:
         return did_you_mean(close) or f"\n{self.command} --help lists them all."
 
     def file(self, config_path: str) -> str:
-        """The path of 'env/mine' on the search path."""
+        """The path of 'env/mine' on the search path; env=map for a file of ours, which is not to be mended."""
         for source in self.hydra.config_loader.get_sources():
             path = Path(source.path) / f"{config_path}.yaml"
             if source.scheme() == "file" and path.is_file():
-                return str(path)
+                return config_path.replace("/", "=") if source.provider == "main" else str(path)
         return config_path

@@ -26,9 +26,9 @@ BEYOND = ("1e300", "nan", "-1e9", "1e12")
 
 
 @pytest.fixture(scope="module", params=EVERYTHING, ids=lambda words: words[0])
-def composed(request: pytest.FixtureRequest) -> Iterator[DictConfig]:
-    with opened("explore") as hydra:
-        yield hydra.compose_config(MAIN, request.param, RunMode.RUN)
+def composed(request: pytest.FixtureRequest) -> DictConfig:
+    with opened("explore") as hydra:  # closed before the next test, which may open its own
+        return hydra.compose_config(MAIN, request.param, RunMode.RUN)
 
 
 def numbers(config: DictConfig) -> Iterator[tuple[str, bool]]:

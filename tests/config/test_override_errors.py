@@ -36,6 +36,8 @@ TYPED = {
     "–m": ["'–m' is not a setting. Settings are written as key=value"],
     "env=": ["env needs one of its options.", "env has: "],
     "env=null": ["env needs one of its options.", "env has: "],
+    "env=map": ["env=map: this scene needs a ROS map, env.map=PATH.yaml"],
+    "-m hydra.sweeper.params.seed=1": ["hydra.sweeper.params.seed=1: no such key is declared.", "itself: seed=1"],
     "env=a=b": ["env=a=b cannot be read as key=value"],
     "launcher=core": ["There is no core in the group launcher. Did you mean cores?"],
     "hydra/launcher=jobib": ["There is no jobib in the group hydra/launcher. Did you mean joblib?"],

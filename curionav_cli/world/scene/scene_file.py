@@ -76,8 +76,7 @@ def settings(raw: dict[str, Any], source: str) -> Env:
     except ValueError as error:
         raise SceneError(f"{source}: {error}.") from None
     if not env.map and not env.size:
-        raise SceneError(f"{source}: this scene needs a size: [x, y] in metres, "
-                         "or a ROS map: env.map=PATH.yaml")
+        raise SceneError(f"{source}: this scene needs a ROS map, env.map=PATH.yaml, or a size: [x, y] in metres.")
     if not env.map and not env.cell:
         raise SceneError(f"{source}: a scene needs the side of its coverage cells in metres, as cell: 0.1")
     return env

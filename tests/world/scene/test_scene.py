@@ -115,7 +115,7 @@ def test_a_robot_lower_than_the_table_drives_under_it(small) -> None:
     ({"radius": 2.0}, "fits nowhere"),
     ({"cell": None}, "needs the side of its coverage cells"),
     ({"cell": 0.07}, "is no whole number of 0.07 m cells"),
-    ({"size": None}, "needs a size"),
+    ({"size": None}, "needs a ROS map, env.map=PATH.yaml, or a size"),
     ({"size": [1.0]}, "size must be 2 numbers"),
     ({"camera": 3.0}, "must be below the ceiling"),
     ({"collision": "bounce"}, "collision must be one of cancel, stop, slide"),
