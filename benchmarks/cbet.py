@@ -22,7 +22,7 @@ from simulator import machine, write
 
 from curionav_cli import build
 from curionav_cli.agents.cbet.transitions import Transitions
-from curionav_cli.agents.cbet.unrolls import cut, together
+from curionav_cli.agents.cbet.unrolls import split_episode, stack_unrolls
 from curionav_cli.loop import run_episode
 
 STEPS = 500
@@ -62,9 +62,10 @@ class Pieces:
         self.start = self.env.reset()
         world, _ = timed(lambda: [self.env.step(int(action)) for action in rng.permutation(episode.action)])
         self.start = self.env.reset()
-        life = Transitions(episode, self.index, self.index % agent.hyper.environments)
-        rewarding, (bonus, _) = timed(lambda: agent.learner.reward.episode_bonus(life))
-        batch = together(cut(life, agent.acted, bonus, agent.hyper.unroll)[:self.unrolls], agent.device)
+        transitions = Transitions(episode, self.index, self.index % agent.hyper.environments)
+        rewarding, (bonus, _) = timed(lambda: agent.learner.reward.episode_bonus(transitions))
+        unrolls = split_episode(transitions, agent.acted, bonus, agent.hyper.unroll)
+        batch = stack_unrolls(unrolls[:self.unrolls], agent.device)
         learning, _ = timed(lambda: agent.learner.update(batch))
         self.index += 1
         return {"world": world / steps, "acting": max(0.0, whole - world) / steps, "reward": rewarding / steps,

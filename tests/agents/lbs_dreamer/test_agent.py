@@ -11,10 +11,10 @@ import numpy as np
 import pytest
 import torch
 
-from curionav_cli.agents.lbs_dreamer import compile as device_module
+from curionav_cli.agents.lbs_dreamer import compile as compile_module
 from curionav_cli.agents.lbs_dreamer import settings as lbs_settings
 from curionav_cli.agents.lbs_dreamer.agent import LBSDreamer
-from curionav_cli.agents.lbs_dreamer.compile import recorder, way
+from curionav_cli.agents.lbs_dreamer.compile import compile_mode, recorder
 from curionav_cli.agents.lbs_dreamer.kernels.cuda_graphs import as_it_is, cuda_graph
 from curionav_cli.agents.lbs_dreamer.world_model import Sequences
 from curionav_cli.errors import ConfigError, RunFailed, RunFolderError, WeightsRefused
@@ -130,9 +130,9 @@ def test_shared_weights_make_another_agent_act_alike(agent, replay):
 def spoilt(agent, harm):
     """What a robot should not act with."""
     if harm == "nan":
-        next(iter(agent.acting().values())).view(-1)[-1] = torch.nan
+        next(iter(agent.acting_weights().values())).view(-1)[-1] = torch.nan
     if harm == "huge":
-        for tensor in agent.acting().values():
+        for tensor in agent.acting_weights().values():
             tensor.fill_(3e38)
     raw = agent.export_weights()
     return {"torn": raw[:-9], "empty": b"", "pickle": pickle.dumps({"a": 1})}.get(harm, raw)
@@ -263,15 +263,15 @@ def test_a_wild_input_stays_finite(agent):
 
 def test_what_compile_means(monkeypatch):
     cpu, cuda = torch.device("cpu"), torch.device("cuda")
-    assert way("auto", cpu) == way("none", cpu) == way("none", cuda) == "none"
+    assert compile_mode("auto", cpu) == compile_mode("none", cpu) == compile_mode("none", cuda) == "none"
     for possible, chosen in ((True, "fused"), (False, "graph")):
-        monkeypatch.setattr(device_module, "can_fuse", lambda device, possible=possible: possible)
-        assert way("auto", cuda) == chosen
+        monkeypatch.setattr(compile_module, "can_fuse", lambda device, possible=possible: possible)
+        assert compile_mode("auto", cuda) == chosen
     for compile in ("graph", "fused"):
-        assert way(compile, cuda) == compile
+        assert compile_mode(compile, cuda) == compile
         assert recorder(compile, cuda).args == (cuda_graph, cuda)
         with pytest.raises(ConfigError, match=f"compile={compile} needs a CUDA device"):
-            way(compile, cpu)
+            compile_mode(compile, cpu)
     assert recorder("none", cuda) is as_it_is
 
 
