@@ -11,7 +11,7 @@ from curionav_cli.world.motion import COS, SIN, forward
 
 
 def world(plan, later=None):
-    """A scene as the oracle sees it; from its second episode on it may look otherwise."""
+    """A scene as the oracle uses it; from its second episode on the plan may be another."""
     return SimpleNamespace(plan=plan, at=lambda episode, seed: (SimpleNamespace(plan=later if episode else plan), ()))
 
 

@@ -1,4 +1,4 @@
-"""A C-BET small enough to be tried in a blink, in the small room, and episodes made by hand."""
+"""A C-BET small enough for quick tests, in the small room, and episodes of given actions."""
 
 from pathlib import Path
 
