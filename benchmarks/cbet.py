@@ -22,7 +22,7 @@ from simulator import machine, write
 
 from curionav_cli import build
 from curionav_cli.agents.cbet.transitions import Transitions
-from curionav_cli.agents.cbet.unrolls import cut, together
+from curionav_cli.agents.cbet.unrolls import split_episode, stack_unrolls
 from curionav_cli.loop import run_episode
 
 STEPS = 500
@@ -64,7 +64,8 @@ class Pieces:
         self.start = self.env.reset()
         transitions = Transitions(episode, self.index, self.index % agent.hyper.environments)
         rewarding, (bonus, _) = timed(lambda: agent.learner.reward.episode_bonus(transitions))
-        batch = together(cut(transitions, agent.acted, bonus, agent.hyper.unroll)[:self.unrolls], agent.device)
+        unrolls = split_episode(transitions, agent.acted, bonus, agent.hyper.unroll)
+        batch = stack_unrolls(unrolls[:self.unrolls], agent.device)
         learning, _ = timed(lambda: agent.learner.update(batch))
         self.index += 1
         return {"world": world / steps, "acting": max(0.0, whole - world) / steps, "reward": rewarding / steps,

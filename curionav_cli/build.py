@@ -66,9 +66,9 @@ def check(settings: Config) -> None:
                           "Set logger=local, or: .venv/bin/pip install -c constraints.txt -e '.[tensorboard]'")
     if settings.device is Device.cuda or settings.compile in (Compile.graph, Compile.fused):
         from curionav_cli.agents.device import resolve_device
-        from curionav_cli.agents.lbs_dreamer.compile import way
+        from curionav_cli.agents.lbs_dreamer.compile import compile_mode
 
-        way(settings.compile.value, resolve_device(settings.device.value))
+        compile_mode(settings.compile.value, resolve_device(settings.device.value))
 
 
 def check_lengths(settings: Config) -> None:

@@ -1,1 +1,1 @@
-"""Those who live in the world: the contract in agent.py, one file or folder for each agent."""
+"""Agents: the contract in agent.py, the table of all in registry.py, one file or folder for each agent."""

@@ -1,16 +1,22 @@
-"""The contract: what an agent must be able to do. The loop (loop.py), as an agent sees it:
+"""The contract of an agent: `act`, and what else it needs of the methods below. What the loop (loop.py) calls:
 
-    for each episode:
-        agent.begin()                                # forget what belongs to one episode
-        observation, info = where it stands
-        for N steps:
-            action = agent.act(observation, info)    # 0 forward 0.25 m, 1 left 10 deg, 2 right 10 deg
-            observation, info = env.step(action)
-        agent.predict(index, episode)                # what it would have expected of it, for the figures
-        metrics = agent.learn(replay, iterations)    # K iterations on all that was lived so far
-        agent.save(folder)                           # load(folder) restores it to the bit
+    for index in range(episodes):
+        observation, info = env.reset()               # respawn at the start, or return to dock
+        agent.begin()                                 # forget what belongs to one episode
+        for _ in range(N):
+            action = agent.act(observation, info)     # 0 forward 0.25 m, 1 left 10 degrees, 2 right 10 degrees
+            observation, _, _, _, info = env.step(action)
+        agent.predict(index, episode)                 # if agent.learns: open-loop predictions, for the figures
+        replay.add(episode)                           # if agent.learns
+        metrics = agent.learn(replay, K, tick)        # if agent.learns: K iterations on all episodes so far
+        agent.save(folder)                            # a checkpoint; load(folder) restores it to the bit
 
-Where a server learns, the robot's agent adopts before an episode what the server's agent shares after one.
+Offline training (curionav train) calls `learn`, `save` and `load` alone. With learner=remote the robot's agent imports,
+before an episode, the weights that the server's agent exported after learning.
+
+The smallest agent is a class with `act`; registry.py says how it gets a name on the command line. Two rules hold for
+all: the same seed gives the same actions and weights on one machine, so draw from `self.rng` or from generators that
+`save` writes; and what is saved or exported is JSON or safetensors, nothing pickled.
 """
 
 from __future__ import annotations
@@ -30,49 +36,59 @@ from curionav_cli.storage.replay import Replay
 
 
 class Agent(ABC):
-    """An agent without memory and without learning; the others override what they need.
+    """Base of all agents: acts, keeps no memory and learns nothing, unless a method says otherwise.
 
-    learns: whether `learn` does anything (the loop keeps no replay in memory otherwise).
-    on_policy: it learns from what it has just lived and from nothing else, so not from stored episodes.
-    every: steps for which it holds an action; the replay keeps the frames that it acts on.
+    learns: `learn` does something; without it the loop keeps no replay and calls neither `learn` nor `predict`.
+    on_policy: it learns only from the episode that it has just acted in, so that offline training is refused.
+    every: steps for which it holds an action (action repeat); the replay keeps the frames that it acts on.
+    device: where it computes, for the record.
+    rng: its own generator, seeded by the run's seed; `save` and `load` keep its state.
     """
 
     learns = False
     on_policy = False
     every = 1
-    device: Any = "cpu"  # where it computes
+    device: Any = "cpu"
 
     def __init__(self, seed: int):
         self.rng = np.random.default_rng([seed, Stream.agent])
 
     def begin(self) -> None:
-        """An episode starts."""
+        """Forget the last episode; called before the first `act` of each."""
 
     @abstractmethod
     def act(self, observation: dict[str, np.ndarray], info: dict[str, Any]) -> int:
-        """The next action.
+        """Choose the next action: 0 forward, 1 left, 2 right (constants.py).
 
-        observation: image (64, 64, 3) uint8, depth (64, 64) float32 metres.
-        info: pose (x, y, yaw), collided (did the last action fall short), episode_index.
+        observation: image (64, 64, 3) uint8 RGB, depth (64, 64) float32 metres.
+        info: pose (x, y, yaw) in metres and radians, collided (the last forward action was cut short or cancelled),
+        episode_index (counted over the whole run, also after it was resumed).
         """
 
     def predict(self, index: int, episode: Episode) -> Prediction | None:
-        """What it expects of episode `index` before it learns from it; None if it expects nothing.
+        """Predict episode `index` before learning from it; None for an agent without a model, or too short an episode.
 
-        Changes nothing in the agent: what it draws comes from a generator of this episode alone.
+        Changes nothing in the agent: random numbers come from a generator of seed and index (Stream.predictions).
         """
         return None
 
     def learn(self, replay: Replay, iterations: int, tick: Callable[[int], None]) -> dict[str, float]:
-        """K iterations on the replay; tick(i) after each. Metrics for metrics.jsonl."""
+        """Learn for K iterations on the replay; returns the metrics of this call for metrics.jsonl.
+
+        tick: to be called with 1, 2, ... after each iteration. No iterations change nothing and return {}.
+        Raises ConfigError where the episodes do not fit the settings, RunFailed where a loss is not finite.
+        """
         return {}
 
     def export_weights(self) -> bytes:
-        """The weights that acting needs, as a safetensors file: a robot `adopt`s what a server has learned."""
+        """Return the weights that acting needs as a safetensors file; b"" if acting needs none."""
         return b""
 
     def import_weights(self, raw: bytes) -> None:
-        """Act with weights that `share` gave. Raises WeightsRefused, and changes nothing, where it cannot."""
+        """Act with the weights that `export_weights` returned.
+
+        Raises WeightsRefused, and changes nothing, where they do not fit this agent, are broken or not finite.
+        """
 
     def report(self) -> dict[str, float]:
         """Metrics of the episode that has just ended, for metrics.jsonl; none by default."""
@@ -83,5 +99,8 @@ class Agent(ABC):
         (folder / "rng.json").write_text(json.dumps(self.rng.bit_generator.state))
 
     def load(self, folder: Path) -> None:
-        """Become what was saved, random state included."""
+        """Restore what `save` wrote, random state included.
+
+        Raises RunFolderError where a file is missing or broken, or belongs to an agent of other settings.
+        """
         self.rng.bit_generator.state = read_json(folder / "rng.json")

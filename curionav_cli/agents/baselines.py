@@ -1,4 +1,4 @@
-"""Agents that do not look: the floor that curiosity has to beat."""
+"""Baselines that do not learn: curiosity has to beat them."""
 
 from __future__ import annotations
 
@@ -12,14 +12,14 @@ from curionav_cli.constants import ACTIONS, FORWARD, HEADINGS, LEFT, RIGHT
 
 
 class Random(Agent):
-    """One of the three actions, each as likely."""
+    """Draws one of the three actions with equal probability."""
 
     def act(self, observation: dict[str, np.ndarray], info: dict[str, Any]) -> int:
         return int(self.rng.integers(len(ACTIONS)))
 
 
 class Sticky(Agent):
-    """Repeats its last action with probability `repeat`, else draws one: persistence without curiosity."""
+    """Repeats its last action with probability `repeat`, else draws one of the three: persistence without curiosity."""
 
     def __init__(self, seed: int, repeat: float):
         super().__init__(seed)
@@ -36,7 +36,7 @@ class Sticky(Agent):
 
 
 class Bounce(Agent):
-    """Forward until a move is cut short, then a random turn: what a vacuum robot does.
+    """Goes forward until a move is cut short, then turns by a random angle, as vacuum robots do.
 
     least, most: bounds of the turn in steps of 10 degrees, both included.
     """
@@ -48,7 +48,7 @@ class Bounce(Agent):
 
     @classmethod
     def turning(cls, seed: int, least: float, most: float) -> Bounce:
-        """Turns from `least` to `most` degrees, in whole steps."""
+        """Make one that turns by `least` to `most` degrees, in whole steps."""
         step = 360 // HEADINGS
         fewest = math.ceil(least / step)
         return cls(seed, fewest, max(fewest, math.floor(most / step)))

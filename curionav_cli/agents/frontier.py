@@ -1,6 +1,6 @@
-"""An oracle with map access: the shortest way, in actions, to the nearest cell not yet landed on.
+"""The oracle with map access: takes the shortest way, in actions, to the nearest cell that it has not visited.
 
-It looks where it is before it acts, so that the cell on which an episode ended stays new to it.
+It marks its cell as visited before it acts, so that the cell on which an episode ended counts as unvisited.
 """
 
 from __future__ import annotations
@@ -18,16 +18,16 @@ from curionav_cli.files import read_json
 from curionav_cli.records import FloorPlan
 from curionav_cli.world.scene.scene import Scene
 
-PATIENCE = 50  # random steps before it searches again, once no new cell can be reached from where it is
+PATIENCE = 50  # random steps before the next search, once no unvisited cell can be reached
 
 
 class Frontier(Agent):
-    """Breadth-first search (lattice.py) on the true map. An upper bound, not a rival."""
+    """Searches the true map breadth-first (lattice.py): an upper bound on coverage, not a baseline."""
 
-    def __init__(self, seed: int, world: Scene):
+    def __init__(self, seed: int, scene: Scene):
         super().__init__(seed)
-        self.world, self.seed = world, seed
-        self.plan: FloorPlan = world.plan
+        self.scene, self.seed = scene, seed
+        self.plan: FloorPlan = scene.plan
         self.visited: np.ndarray = np.zeros(self.plan.visitable.shape, bool)
         self.episode = -1
         self.way: list[int] = []
@@ -37,9 +37,9 @@ class Frontier(Agent):
         self.way, self.wait = [], 0
 
     def act(self, observation: dict[str, np.ndarray], info: dict[str, Any]) -> int:
-        if info["episode_index"] != self.episode:  # where the things stand today, too
+        if info["episode_index"] != self.episode:  # the map with this episode's changes
             self.episode = int(info["episode_index"])
-            self.plan = self.world.at(self.episode, self.seed)[0].plan
+            self.plan = self.scene.at(self.episode, self.seed)[0].plan
         x, y, yaw = info["pose"]
         self.visited[self.plan.cells(x, y)] = True
         if not self.way and self.wait == 0:
@@ -51,7 +51,7 @@ class Frontier(Agent):
         return int(self.rng.integers(len(ACTIONS)))
 
     def search(self, x: float, y: float, heading: int) -> list[int]:
-        """The shortest list of actions that lands on an unvisited cell; [] if there is none."""
+        """Return the shortest list of actions that ends on an unvisited cell; [] if there is none."""
         free = self.plan.visitable
         if self.visited[free].all():
             return []

@@ -11,9 +11,9 @@ from curionav_cli.errors import RunFailed
 
 
 class Meter:
-    """Sums on the device; a name that is missing in some updates is averaged over the others.
+    """Sums scalars on the device; a name that is missing in some updates is averaged over the others.
 
-    The sums are its own: a scalar that was added may change afterwards, as those of a CUDA graph do.
+    `add` copies: a scalar may be overwritten afterwards, as the outputs of a CUDA graph are.
     """
 
     def __init__(self) -> None:
@@ -21,13 +21,14 @@ class Meter:
         self.counts: dict[str, int] = {}
 
     def add(self, scalars: dict[str, Tensor]) -> None:
+        """Add the scalars (each of shape ()) of one update."""
         for name, value in scalars.items():
             self.sums.setdefault(name, torch.zeros_like(value))
             self.counts[name] = self.counts.get(name, 0) + 1
         torch._foreach_add_([self.sums[name] for name in scalars], list(scalars.values()))
 
     def read(self) -> dict[str, float]:
-        """Plain floats; one wait for the device."""
+        """Return the means as floats; waits for the device once."""
         if not self.sums:
             return {}
         means = torch.stack([self.sums[name].double() / self.counts[name] for name in self.sums])
@@ -35,7 +36,7 @@ class Meter:
 
 
 def finite(metrics: dict[str, float], updates: int, rate: str) -> dict[str, float]:
-    """The same. Raises RunFailed where one is not finite, and names the setting `rate`; the last save is a good one."""
+    """Return the metrics. Raises RunFailed, which names the setting `rate`, where one of them is not finite."""
     broken = [name for name, value in metrics.items() if not math.isfinite(value)]
     if broken:
         raise RunFailed(f"training diverged: {', '.join(broken)} not finite after {updates} updates. "

@@ -1,4 +1,4 @@
-"""Optimisers of torch: clipped by the global norm, saved by the names of their parameters, loaded in place."""
+"""Torch's optimisers with clipping by the global norm; their state is saved by parameter name and loaded in place."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from torch import Tensor, nn
 
 
 def clip_by_norm(gradients: list[Tensor], limit: float) -> Tensor:
-    """Scale in place to a global norm of at most `limit` (inf: as they are); returns the norm before."""
+    """Scale the gradients in place to a global norm of at most `limit` (inf: not at all); return the norm before."""
     norm = torch.linalg.vector_norm(torch.stack(torch._foreach_norm(gradients)))
     if limit < float("inf"):
         torch._foreach_mul_(gradients, limit / norm.clamp(min=limit))
@@ -18,9 +18,10 @@ def clip_by_norm(gradients: list[Tensor], limit: float) -> Tensor:
 
 
 class ClippedOptimiser:
-    """`make` gives torch's optimiser of those parameters of `module` that learn.
+    """One of torch's optimisers (made by `make`) for the parameters of `module` that require gradients.
 
-    moments: what it keeps of each parameter beside the number of steps. All of it is there from the start.
+    clip: limit of the gradients' global norm. moments: names of the tensors that it keeps for each parameter beside
+    the step count; all exist before the first step, so that a state can be loaded and a CUDA graph recorded.
     """
 
     def __init__(self, module: nn.Module, clip: float, moments: tuple[str, ...],
@@ -33,14 +34,14 @@ class ClippedOptimiser:
                                            **{moment: torch.zeros_like(parameter) for moment in moments}}
 
     def apply(self) -> Tensor:
-        """Step along the gradients that are there, and forget them; their norm, unclipped."""
+        """Clip the gradients, take a step and clear them; return their norm before clipping."""
         norm = clip_by_norm([cast(Tensor, parameter.grad) for parameter in self.parameters], self.clip)
         self.inner.step()
         self.inner.zero_grad(set_to_none=True)
         return norm
 
     def state(self) -> dict[str, Tensor]:
-        """Moments and step counts, themselves and not copies, by 'parameter/moment'."""
+        """Return moments and step counts by 'parameter/moment': the tensors themselves, not copies."""
         return {
             f"{name}/{key}": value
             for name, parameter in zip(self.names, self.parameters, strict=True)
@@ -48,7 +49,7 @@ class ClippedOptimiser:
         }
 
     def load_state(self, tensors: dict[str, Tensor]) -> None:
-        """Take over what `state` returned, in place."""
+        """Copy what `state` returned into this optimiser's tensors, in place."""
         own = self.state()
         for path, tensor in tensors.items():
             own[path].copy_(tensor)

@@ -1,6 +1,7 @@
 """The agents by name. Another agent is a module or folder here, conf/agent/NAME.yaml, and a line in AGENTS.
 
-`make(settings, setup)` imports what is heavy when it is called, so that --help stays quick.
+`make(own, setup)` gets the agent's own settings and imports heavy libraries when it is called, so that --help stays
+quick.
 """
 
 from __future__ import annotations
@@ -19,7 +20,7 @@ if TYPE_CHECKING:
 
 
 class Registered(NamedTuple):
-    """The dataclass of an agent's settings, and how it is made from them."""
+    """The dataclass of an agent's settings, and the function that makes the agent from them."""
 
     settings: type
     make: Callable[[Any, Setup], Agent]

@@ -1,4 +1,4 @@
-"""The settings of each agent, as schema.py describes it; the values stand in conf/agent and conf/scale."""
+"""Settings of the agents that do not learn; their values stand in conf/agent."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from curionav_cli.bounds import within
 
 @dataclass(frozen=True)
 class Random:
-    """Each action equally likely."""
+    """Each action with the same probability."""
 
     name: str
 
@@ -27,7 +27,7 @@ class Sticky:
 
 @dataclass(frozen=True)
 class Bounce:
-    """Forward until blocked, then a turn drawn from [min_turn, max_turn] degrees, either way."""
+    """Goes forward until blocked, then turns left or right by an angle drawn from [min_turn, max_turn] degrees."""
 
     name: str
     min_turn: float
@@ -40,6 +40,6 @@ class Bounce:
 
 @dataclass(frozen=True)
 class Frontier:
-    """The oracle: is told the map, walks to the nearest cell it has not visited."""
+    """Oracle with map access: takes the shortest way to the nearest cell that it has not visited."""
 
     name: str

@@ -1,4 +1,4 @@
-"""What an agent may be made from, beside its own settings."""
+"""What an agent is made from beside its own settings."""
 
 from __future__ import annotations
 
@@ -11,8 +11,11 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Setup:
-    """device, compile, engine: as the settings of these names say. scene: for oracles, and for what is measured on the
-    true map; its `plan` has the cells."""
+    """The run's settings that concern an agent, and the scene.
+
+    device, compile, engine: values of the settings `device`, `compile` and `env.engine`. scene: for oracles, and for
+    metrics that are measured on the true map; its `plan` has the cells.
+    """
 
     seed: int
     device: str

@@ -1,4 +1,4 @@
-"""The blind agents do what their names say, from their own generator."""
+"""The baselines do what their names say, from their own generator."""
 
 import numpy as np
 import pytest

@@ -11,11 +11,11 @@ from curionav_cli.world.motion import COS, SIN, forward
 
 
 def world(plan, later=None):
-    """A scene as the oracle sees it; from its second episode on it may look otherwise."""
+    """A scene as the oracle uses it; from its second episode on the plan may be another."""
     return SimpleNamespace(plan=plan, at=lambda episode, seed: (SimpleNamespace(plan=later if episode else plan), ()))
 
 
-def live(agent, plan, steps, x=0.55, y=0.55, heading=0, episode=0):
+def run(agent, plan, steps, x=0.55, y=0.55, heading=0, episode=0):
     """Perfect motion, by the world's rule for one pose."""
     pose, collided = [(x, y, heading)], False
     agent.begin()
@@ -33,7 +33,7 @@ def live(agent, plan, steps, x=0.55, y=0.55, heading=0, episode=0):
 
 def test_it_covers_a_room_and_never_bumps_on_its_way(a_plan):
     plan = a_plan(rows=14, columns=16, cell=0.1, hole=True)
-    pose = live(Frontier(0, world(plan)), plan, 1500)
+    pose = run(Frontier(0, world(plan)), plan, 1500)
     assert cover(plan, [pose]).share > 0.97
 
 
@@ -53,16 +53,16 @@ def test_the_nearest_unvisited_cell_is_reached_by_the_fewest_actions(a_plan):
 def test_it_remembers_across_episodes_and_files(tmp_path, a_plan):
     plan = a_plan(rows=10, columns=10, cell=0.1)
     agent, other = Frontier(0, world(plan)), Frontier(1, world(plan))
-    live(agent, plan, 40)
+    run(agent, plan, 40)
     agent.save(tmp_path)
     other.load(tmp_path)
     np.testing.assert_array_equal(other.visited, agent.visited)
-    np.testing.assert_array_equal(live(agent, plan, 40), live(other, plan, 40))
+    np.testing.assert_array_equal(run(agent, plan, 40), run(other, plan, 40))
 
 
-def test_it_is_told_where_things_stand_in_each_episode(a_plan):
+def test_it_searches_the_map_of_each_episode(a_plan):
     open_room, with_a_block = a_plan(rows=14, columns=16), a_plan(rows=14, columns=16, hole=True)
     agent = Frontier(0, world(open_room, with_a_block))
-    live(agent, open_room, 5)
-    pose = live(agent, with_a_block, 900, episode=1)
+    run(agent, open_room, 5)
+    pose = run(agent, with_a_block, 900, episode=1)
     assert cover(with_a_block, [pose]).share > 0.9

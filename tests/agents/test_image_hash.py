@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from curionav_cli.agents.image_hash import ChangeKeys, Reading, SignKeys, StateKeys
+from curionav_cli.agents.image_hash import ChangeKeys, ImageVector, SignKeys, StateKeys
 
 
 @pytest.fixture
@@ -27,7 +27,7 @@ def test_sums_are_exact_in_any_order(rng):
     assert (shuffled.sums(vectors[:, order]) == exact).all()
 
 
-def test_a_key_does_not_know_its_batch(rng):
+def test_a_key_does_not_depend_on_its_batch(rng):
     images = pictures(rng, 130)
     keys = StateKeys("raw", 128, rng)
     together = keys(images)
@@ -65,21 +65,21 @@ def test_zero_is_a_digit_of_its_own(rng):
 def test_a_difference_wraps_or_keeps_its_sign(wrapped, expected):
     before, after = np.zeros((2, 1, 1, 64, 64, 3), np.uint8)
     before[0, 0, 0, :2, 0], after[0, 0, 0, :2, 0] = (5, 3), (3, 5)
-    change = Reading("raw", 1).change(before, after, wrapped)
+    change = ImageVector("raw", 1).change(before, after, wrapped)
     assert change[0, [0, 3]].tolist() == expected and np.count_nonzero(change) == 2
 
 
 @pytest.mark.parametrize("key, side", [("grey_8", 8), ("grey_16", 16)])
 def test_grey_cells_are_sums_of_their_pixels(rng, key, side):
     images = pictures(rng, 2, 4)
-    reading, block = Reading(key, 4), 64 // side
+    vector, block = ImageVector(key, 4), 64 // side
     sums = [images[1, view, block * row:block * (row + 1), block * column:block * (column + 1)].sum()
             for view in range(4) for row in range(side) for column in range(side)]
     middle = block * block * 3 * 127.5
-    assert (reading.state(images)[1] == np.array(sums) - middle).all()
-    assert reading.numbers == len(sums) and abs(reading.state(images)).mean() < middle / 4
-    change = reading.change(images[:1], images[1:], False)
-    assert (change == reading.state(images[1:]) - reading.state(images[:1])).all()
+    assert (vector.state(images)[1] == np.array(sums) - middle).all()
+    assert vector.numbers == len(sums) and abs(vector.state(images)).mean() < middle / 4
+    change = vector.change(images[:1], images[1:], False)
+    assert (change == vector.state(images[1:]) - vector.state(images[:1])).all()
 
 
 def test_keys_of_changes_are_those_of_the_differences(rng):

@@ -1,4 +1,4 @@
-"""C-BET (Parisi et al., NeurIPS 2021), its siblings and controls: one learner, one small file a reward."""
+"""C-BET (Parisi et al., NeurIPS 2021), its siblings and controls: one learner, and one file for each reward."""
 
 from __future__ import annotations
 
@@ -12,6 +12,7 @@ if TYPE_CHECKING:
 
 
 def make(own: settings.CBET, setup: Setup) -> Agent:
+    """Make the agent from its own settings and the run's."""
     from curionav_cli.agents.cbet.agent import CBET  # torch is loaded for agents that learn
 
     return CBET(own, setup.seed, setup.device, setup.scene, setup.engine)

@@ -1,9 +1,9 @@
-"""The policy for one picture after another, in torch or in numpy.
+"""The policy for one image at a time, in torch or in numpy.
 
-A small network costs torch mostly its calls: the same sums in numpy take a third of the time on a CPU. Both hold the
-memory of an episode, and the weights as they were when it began.
+With a small network torch spends most of the time on its calls: the same sums in numpy take a third of it on a CPU.
+Both hold the LSTM's memory of an episode, and the weights of its beginning.
 
-Letters: L layers of the LSTM, U its units, A actions.
+Letters: L layers of the LSTM, U its units, A actions, O channels of the last convolution.
 """
 
 from __future__ import annotations
@@ -25,17 +25,17 @@ Memory = tuple[np.ndarray, np.ndarray]  # hidden and cell, (L, U) each
 
 
 class Actor(Protocol):
-    """One episode of acting."""
+    """The policy in one episode."""
 
     def step(self, image: np.ndarray) -> np.ndarray:
-        """(64, 64, 3) uint8 -> logits (A,) float32."""
+        """Logits (A,) float32 of the policy for an image (64, 64, 3) uint8; updates the memory."""
 
     def memory(self) -> Memory:
-        """What it remembers before the next picture, copied."""
+        """Copy the memory before the next image."""
 
 
 class TorchActor:
-    """On the device of the network."""
+    """Computes in torch, on the device of the network."""
 
     def __init__(self, network: PolicyNetwork):
         self.network, self.state = network, network.initial(1)
@@ -51,11 +51,12 @@ class TorchActor:
 
 
 class NumpyActor:
-    """On the CPU. Convolutions are products with windows of padded pictures, channels last."""
+    """Computes in numpy, on the CPU; convolutions are products with windows of padded images, channels last."""
 
     def __init__(self, network: PolicyNetwork):
-        self.layers, self.picture, self.features = convolutions(network)
-        self.dense = [(columns(layer.weight), plain(layer.bias)) for layer in cast(Iterable[nn.Linear], network.dense)]
+        self.layers, self.image, self.features = convolutions(network)
+        dense = cast(Iterable[nn.Linear], network.dense)
+        self.dense = [(columns(layer.weight), to_numpy(layer.bias)) for layer in dense]
         self.hidden = np.zeros((network.lstm.num_layers, network.lstm.hidden_size), np.float32)
         self.cell = self.hidden.copy()
         self.cells = [columns(halved(torch.cat([w_in, w_on, (b_in + b_on)[:, None]], dim=1)))
@@ -64,7 +65,7 @@ class NumpyActor:
 
     @np.errstate(over="ignore", invalid="ignore")
     def step(self, image: np.ndarray) -> np.ndarray:
-        x = self.see(image)
+        x = self.encode(image)
         for weight, bias in self.dense:
             x = np.maximum(weight @ x + bias, 0)
         for weight, hidden, cell in zip(self.cells, self.hidden, self.cell, strict=True):
@@ -75,9 +76,9 @@ class NumpyActor:
         weight, bias = self.policy
         return weight @ x + bias
 
-    def see(self, image: np.ndarray) -> np.ndarray:
-        """The features of the convolutions, in the network's order."""
-        np.multiply(image, np.float32(1 / 255), out=self.picture)
+    def encode(self, image: np.ndarray) -> np.ndarray:
+        """Features (F,) of the convolutions, in the network's order."""
+        np.multiply(image, np.float32(1 / 255), out=self.image)
         for layer in self.layers:
             layer()
         return self.features.transpose(2, 0, 1).ravel()
@@ -87,7 +88,10 @@ class NumpyActor:
 
 
 class Convolution:
-    """3 x 3 of stride 2 and ELU, from one picture that stays in its place to another, in buffers made once."""
+    """A 3 x 3 convolution of stride 2 with ELU, from one fixed buffer to another.
+
+    padded (H + 2, H + 2, C) is read, result (H / 2, H / 2, c) written; weight (c, C, 3, 3), bias (c,).
+    """
 
     def __init__(self, weight: np.ndarray, bias: np.ndarray, padded: np.ndarray, result: np.ndarray):
         inputs, side = weight.shape[1], len(result)
@@ -108,9 +112,9 @@ class Convolution:
 
 
 def convolutions(network: PolicyNetwork) -> tuple[list[Convolution], np.ndarray, np.ndarray]:
-    """One after another, where they read the picture (64, 64, 3), and where they leave features (side, side, O)."""
+    """The layers in order, the buffer of the image (64, 64, 3), and that of the features (side, side, O)."""
     padded = np.zeros((IMAGE_SIDE + 2, IMAGE_SIDE + 2, IMAGE_CHANNELS), np.float32)
-    picture = result = padded[1:-1, 1:-1]
+    image = result = padded[1:-1, 1:-1]
     layers = []
     for weight, bias in weights(network.eyes.layers):
         side = (len(result) + 1) // 2
@@ -118,29 +122,30 @@ def convolutions(network: PolicyNetwork) -> tuple[list[Convolution], np.ndarray,
         result = following[1:-1, 1:-1]
         layers.append(Convolution(weight, bias, padded, result))
         padded = following
-    return layers, picture, result
+    return layers, image, result
 
 
 def weights(layers: Iterable[nn.Module]) -> Iterator[tuple[np.ndarray, np.ndarray]]:
-    """Weight and bias of each."""
+    """Weight and bias of each layer, as copies."""
     for layer in layers:
-        yield plain(cast(Tensor, layer.weight)), plain(cast(Tensor, layer.bias))
+        yield to_numpy(cast(Tensor, layer.weight)), to_numpy(cast(Tensor, layer.bias))
 
 
-def plain(tensor: Tensor) -> np.ndarray:
+def to_numpy(tensor: Tensor) -> np.ndarray:
+    """A copy as an array."""
     return tensor.detach().numpy().copy()
 
 
 def columns(weight: Tensor) -> np.ndarray:
-    """A copy that lies column by column: a product with one vector is a fifth quicker so."""
+    """A copy in column-major order, in which a product with a vector is a fifth faster."""
     return weight.detach().t().clone(memory_format=torch.contiguous_format).numpy().T
 
 
 def halved(weight: Tensor) -> Tensor:
-    """An LSTM's gates (4 U, ...), in torch's order, for sigmoid(x) = (1 + tanh(x / 2)) / 2: a tanh does for all."""
+    """Halve the weights (4 U, ...) of an LSTM's sigmoid gates: sigmoid(x) = (1 + tanh(x / 2)) / 2, one tanh for all."""
     return (weight.unflatten(0, (4, -1)) * weight.new_tensor([0.5, 0.5, 1, 0.5])[:, None, None]).flatten(0, 1)
 
 
 def actor(network: PolicyNetwork) -> Actor:
-    """The faster one for where the network is."""
+    """Return the faster one for the network's device."""
     return NumpyActor(network) if network.policy.weight.device.type == "cpu" else TorchActor(network)

@@ -1,11 +1,11 @@
-"""What the agent is, as files: safetensors and JSON, nothing pickled.
+"""The agent's checkpoint: safetensors and JSON, nothing pickled.
 
     weights.safetensors     all networks and the running size of rewards
     training.safetensors    RMSprop's moments as 'optimiser/parameter/moment'
-    memory.safetensors      count tables as 'counts/name/table/...', the cells each environment has seen, and the
-                            unrolls that wait for an update as 'waiting/...'
-    memory.json             updates, the states of the random streams of count resets, what projections are
-                            drawn from, and what the alarm has counted
+    memory.safetensors      count tables as 'counts/name/table/...', the cells visited in each environment as 'seen',
+                            and the unrolls that wait for an update as 'waiting/...'
+    memory.json             updates; 'dice': states of the generators that clear tables; 'numbers': seed of the
+                            projections; 'alarm': state of the reward monitor
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ Waiting = list[Unroll]
 
 
 def save_learner(learner: Learner, folder: Path) -> None:
-    """Networks and optimisers, into an existing folder."""
+    """Write networks and optimisers into an existing folder."""
     save_weights(learner.networks, folder)
     training: dict[str, torch.Tensor] = {}
     for name, optimiser in learner.optimisers.items():
@@ -36,38 +36,40 @@ def save_learner(learner: Learner, folder: Path) -> None:
 
 
 def load_learner(learner: Learner, folder: Path) -> None:
-    """Raises RunFolderError where a file is missing or broken, or the weights are another network's."""
+    """Restore networks and optimisers. Raises RunFolderError where a file is missing, broken or another network's."""
     load_weights(learner.networks, folder)
     training = read_tensors(folder / TRAINING)
     for name, optimiser in learner.optimisers.items():
         optimiser.load_state(below(name, training))
 
 
-def save_memory(learner: Learner, waiting: Waiting, seen: np.ndarray, folder: Path) -> None:
-    """Tables, streams, what waits. seen: (E, cells) bool."""
+def save_memory(learner: Learner, waiting: Waiting, visited: np.ndarray, folder: Path) -> None:
+    """Write count tables, generators, and the unrolls that wait; visited (E, cells) bool."""
     reward = learner.reward
-    arrays = {"seen": seen}
+    arrays = {"seen": visited}
     for name, counts in reward.counts.items():
         arrays |= {f"counts/{name}/{path}": array for path, array in counts.state().items()}
     for field, parts in zip(Unroll._fields, zip(*waiting, strict=True)):
         arrays[f"waiting/{field}"] = np.stack(parts)
     write_tensors(folder / MEMORY, {name: torch.from_numpy(array) for name, array in arrays.items()})
-    dice = [stream.bit_generator.state for stream in reward.generators]
-    numbers = {"updates": learner.updates, "numbers": reward.numbers, "dice": dice,
-               "alarm": reward.alarm.state()}
+    states = [generator.bit_generator.state for generator in reward.generators]
+    numbers = {"updates": learner.updates, "numbers": reward.seed, "dice": states, "alarm": reward.monitor.state()}
     write_whole(folder / NUMBERS, lambda file: file.write(json.dumps(numbers).encode()))
 
 
 def load_memory(learner: Learner, folder: Path) -> tuple[Waiting, np.ndarray]:
-    """What `save_memory` wrote; the unrolls that wait, and the cells seen. Raises RunFolderError."""
+    """Restore what `save_memory` wrote; returns the unrolls that wait, and the cells visited.
+
+    Raises RunFolderError where a file is missing or broken, or of a run with another seed.
+    """
     tensors, numbers = read_tensors(folder / MEMORY), read_json(folder / NUMBERS)
-    if numbers["numbers"] != learner.reward.numbers:
-        raise RunFolderError(f"{folder / NUMBERS} was written by a run of another seed, whose keys are others. "
+    if numbers["numbers"] != learner.reward.seed:
+        raise RunFolderError(f"{folder / NUMBERS} was written by a run of another seed, whose keys differ. "
                              "Use the seed of that run.")
     learner.updates = numbers["updates"]
-    learner.reward.alarm.load_state(numbers.get("alarm", learner.reward.alarm.state()))  # older ones have none
-    for stream, state in zip(learner.reward.generators, numbers["dice"], strict=True):
-        stream.bit_generator.state = state
+    learner.reward.monitor.load_state(numbers.get("alarm", learner.reward.monitor.state()))  # older ones have none
+    for generator, state in zip(learner.reward.generators, numbers["dice"], strict=True):
+        generator.bit_generator.state = state
     for name, counts in learner.reward.counts.items():
         counts.load_state({path: tensor.numpy() for path, tensor in below(f"counts/{name}", tensors).items()})
     parts = below("waiting", tensors)

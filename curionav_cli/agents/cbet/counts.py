@@ -1,4 +1,4 @@
-"""How often each key was met: one table an environment, or one for all."""
+"""Counts of keys: one table for each environment, or one for all."""
 
 from __future__ import annotations
 
@@ -8,23 +8,24 @@ Table = dict[bytes, int]
 
 
 class Counts:
-    """`tables` dictionaries from key to number; an environment e counts in table e modulo their number."""
+    """Counts keys in `tables` dictionaries; environment e uses table e modulo their number."""
 
     def __init__(self, tables: int):
         self.tables: list[Table] = [{} for _ in range(tables)]
 
     def add(self, environment: int, key: bytes) -> int:
-        """Count one more; how often it was met, this time included."""
+        """Count a key once more; returns its count, this time included."""
         table = self.tables[environment % len(self.tables)]
         count = table.get(key, 0) + 1
         table[key] = count
         return count
 
     def clear(self, environment: int) -> None:
+        """Forget all counts of this environment's table."""
         self.tables[environment % len(self.tables)].clear()
 
     def state(self) -> dict[str, np.ndarray]:
-        """Arrays that `load_state` reads: keys (n, bytes) uint8 and numbers (n,) int64 of each table, in order."""
+        """Return keys (n, bytes) uint8 and counts (n,) int64 of each table, in the order of insertion."""
         arrays = {}
         for number, table in enumerate(self.tables):
             keys = np.array(bytearray(b"".join(table)), np.uint8)
@@ -33,6 +34,7 @@ class Counts:
         return arrays
 
     def load_state(self, arrays: dict[str, np.ndarray]) -> None:
+        """Replace the tables by what `state` returned."""
         for number in range(len(self.tables)):
             keys, counts = arrays[f"{number}/keys"], arrays[f"{number}/counts"]
             self.tables[number] = {key.tobytes(): count for key, count in zip(keys, counts.tolist(), strict=True)}

@@ -1,4 +1,4 @@
-"""One V-trace update of the policy, and of what a reward learns beside it (IMPALA, as C-BET runs it).
+"""One V-trace update of the policy, and of the networks of a reward (IMPALA, Espeholt et al., 2018, as C-BET runs it).
 
 Letters: T steps, B unrolls. Losses are summed over T and averaged over B.
 """
@@ -20,7 +20,7 @@ from curionav_cli.agents.optimiser import ClippedOptimiser
 
 
 class Networks(nn.Module):
-    """Everything with weights, the reward's own included; what `weights.safetensors` holds."""
+    """All networks, the reward's included, and running means: the content of `weights.safetensors`."""
 
     def __init__(self, hyper: cbet_settings.CBET):
         super().__init__()
@@ -30,7 +30,7 @@ class Networks(nn.Module):
 
 
 def build_networks(hyper: cbet_settings.CBET, generator: torch.Generator, device: torch.device) -> Networks:
-    """Made without drawing from torch's global generator, the same on every device."""
+    """Make networks whose first weights come from `generator` alone, the same on every device."""
     with torch.device("meta"):
         networks = Networks(hyper)
     networks.to_empty(device="cpu")
@@ -41,7 +41,7 @@ def build_networks(hyper: cbet_settings.CBET, generator: torch.Generator, device
 
 
 class Learner:
-    """Networks, their optimisers, and the reward that they learn for. `updates` counts what was done."""
+    """Updates the networks, each with its optimiser, for a reward; `updates` counts what was done."""
 
     def __init__(self, hyper: cbet_settings.CBET, networks: Networks, reward: Reward):
         self.hyper, self.networks, self.reward = hyper, networks, reward
@@ -51,19 +51,19 @@ class Learner:
                            if any(parameter.requires_grad for parameter in part.parameters())}
 
     def update(self, batch: Batch) -> dict[str, Tensor]:
-        """One step of every optimiser; scalars of it, still on the device."""
-        surprise, loss = self.reward.learned_bonus(batch)
-        reward, metrics = self.scaled(batch.bonus * surprise)
+        """Take a step with every optimiser on B unrolls; returns scalar metrics on the device."""
+        learned_bonus, loss = self.reward.learned_bonus(batch)
+        reward, metrics = self.scaled(batch.bonus * learned_bonus)
         policy_loss, more = self.policy_loss(batch, reward)
         (policy_loss + loss).backward()
-        metrics |= more | self.by_kind(batch.kind, batch.bonus * surprise)
+        metrics |= more | self.by_kind(batch.kind, batch.bonus * learned_bonus)
         for name, optimiser in self.optimisers.items():
             metrics[f"{name}_norm"] = optimiser.apply()
         self.updates += 1
         return {name: value.detach() for name, value in metrics.items()}
 
     def scaled(self, reward: Tensor) -> tuple[Tensor, dict[str, Tensor]]:
-        """The reward that is learned from, (T, B): times its coefficient, cut at the clip."""
+        """Scale rewards (T, B) by their coefficient and clip them: (T, B), and metrics."""
         hyper = self.hyper
         coefficient = getattr(hyper.coefficient, hyper.reward.value)
         scale = coefficient * (hyper.rms_size / self.networks.rms(reward) if hyper.normalise else 1.0)
@@ -73,16 +73,16 @@ class Learner:
             "reward": raw.mean(), "reward_deviation": raw.std(), "reward_clipped": clipped}
 
     def policy_loss(self, batch: Batch, reward: Tensor) -> tuple[Tensor, dict[str, Tensor]]:
-        """reward (T, B) -> the scalar loss of policy, value and entropy, and metrics."""
+        """Scalar loss of policy, value and entropy for reward (T, B), and metrics."""
         hyper = self.hyper
         memory = Memory(batch.hidden, batch.cell)
-        logits, value = self.networks.policy.unroll(batch.image, memory, batch.respawned)
+        logits, value = self.networks.policy.unroll(batch.image, memory, batch.respawned)  # (T, B, A), (T + 1, B)
         log_policy = F.log_softmax(logits, -1)
-        chosen = log_policy.gather(-1, batch.action[..., None]).squeeze(-1)
-        ratio = (chosen.detach() - batch.log_policy).exp()
+        log_prob = log_policy.gather(-1, batch.action[..., None]).squeeze(-1)  # (T, B)
+        ratio = (log_prob.detach() - batch.log_policy).exp()  # pi / mu
         target, advantage = vtrace(ratio, reward, torch.full_like(reward, hyper.gamma), value.detach())
         entropy = -(log_policy.exp() * log_policy).sum(-1)
-        actor = -(chosen * advantage).sum(0).mean()
+        actor = -(log_prob * advantage).sum(0).mean()
         critic = 0.5 * (target - value[:-1]).square().sum(0).mean()
         loss = actor + hyper.value_cost * critic - hyper.entropy * entropy.sum(0).mean()
         return loss, {
@@ -91,7 +91,7 @@ class Learner:
         }
 
     def by_kind(self, kind: Tensor, reward: Tensor) -> dict[str, Tensor]:
-        """The mean reward, neither scaled nor cut, of each kind of step that there was."""
+        """The mean of reward (T, B), neither scaled nor clipped, for each kind of step that occurs."""
         return {f"reward_{name}": reward[kind == number].mean()
                 for number, name in enumerate(KINDS) if bool((kind == number).any())}
 

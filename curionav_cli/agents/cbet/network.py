@@ -23,8 +23,8 @@ class Memory(NamedTuple):
     cell: Tensor
 
 
-class Eyes(nn.Module):
-    """Convolutions 3 x 3 of stride 2 with ELU: (..., 64, 64, 3) uint8 -> (N, F)."""
+class ImageEncoder(nn.Module):
+    """3 x 3 convolutions of stride 2 with ELU: images (..., 64, 64, 3) uint8 -> features (N, F) of N images."""
 
     def __init__(self, channels: list[int]):
         super().__init__()
@@ -42,11 +42,11 @@ class Eyes(nn.Module):
 
 
 class PolicyNetwork(nn.Module):
-    """Sees one frame, remembers by its LSTM; no last action, no reward, no pose."""
+    """The policy and the value of one image and the LSTM's memory; no last action, no reward, no pose."""
 
     def __init__(self, hyper: cbet_settings.CBET):
         super().__init__()
-        self.eyes = Eyes(hyper.conv_channels)
+        self.eyes = ImageEncoder(hyper.conv_channels)
         sizes = [self.eyes.features, *hyper.dense_units]
         self.dense = nn.ModuleList(nn.Linear(i, o) for i, o in pairwise(sizes))
         self.lstm = nn.LSTM(sizes[-1], hyper.lstm_units, hyper.lstm_layers)
@@ -54,28 +54,28 @@ class PolicyNetwork(nn.Module):
         self.value = nn.Linear(hyper.lstm_units, 1)
 
     def initial(self, batch: int) -> Memory:
-        """Zeros, on the device of the weights."""
+        """The memory before an episode: zeros, on the device of the weights."""
         shape = (self.lstm.num_layers, batch, self.lstm.hidden_size)
         return Memory(*(self.policy.weight.new_zeros(shape) for _ in range(2)))
 
     def step(self, image: Tensor, memory: Memory) -> tuple[Tensor, Memory]:
-        """One frame of each of B: (B, 64, 64, 3) uint8 -> logits (B, A), memory."""
-        output, memory = self._cells(self._see(image), memory)
+        """One step: images (B, 64, 64, 3) uint8 -> logits (B, A), and the memory after it."""
+        output, memory = self._cells(self._encode(image), memory)
         return self.policy(output), memory
 
     def unroll(self, image: Tensor, memory: Memory, respawned: Tensor) -> tuple[Tensor, Tensor]:
-        """T steps and the frame after them: (T + 1, B, 64, 64, 3) uint8 -> logits (T, B, A), value (T + 1, B).
+        """T steps and the frame after them: images (T + 1, B, 64, 64, 3) uint8 -> logits (T, B, A), value (T + 1, B).
 
         memory: before the first frame. respawned (B,) bool: the last frame begins an episode, so that the
-        memory is zero before it; no other frame of an unroll but its first does.
+        memory is zero before it; otherwise only the first frame of an unroll can.
         """
-        seen = self._see(image.flatten(0, 1)).unflatten(0, image.shape[:2])
-        output, state = self.lstm(seen[:-1], tuple(memory))
+        inputs = self._encode(image.flatten(0, 1)).unflatten(0, image.shape[:2])
+        output, state = self.lstm(inputs[:-1], tuple(memory))
         kept = ~respawned[None, :, None]
-        last, _ = self._cells(seen[-1], Memory(*(part * kept for part in state)))
+        last, _ = self._cells(inputs[-1], Memory(*(part * kept for part in state)))
         return self.policy(output), self.value(torch.cat([output, last[None]])).squeeze(-1)
 
-    def _see(self, image: Tensor) -> Tensor:
+    def _encode(self, image: Tensor) -> Tensor:
         x = self.eyes(image)
         for layer in self.dense:
             x = F.relu(layer(x))
@@ -92,7 +92,7 @@ class PolicyNetwork(nn.Module):
 
 
 def initialise(module: nn.Module, generator: torch.Generator) -> None:
-    """Orthogonal weights, gain sqrt 2 (the heads 1), zero biases; the LSTM uniform in +-1 / sqrt U, as torch has it."""
+    """Draw orthogonal weights of gain sqrt 2 (heads: 1), zero biases; the LSTM uniform in +-1 / sqrt U, as torch."""
     for name, part in module.named_modules():
         if isinstance(part, (nn.Linear, nn.Conv2d)):
             nn.init.orthogonal_(part.weight, 1.0 if name in ("policy", "value") else 2**0.5, generator=generator)

@@ -1,4 +1,4 @@
-"""Says once, in plain words, when the reward can tell nothing apart."""
+"""Warnings about a reward that cannot tell steps apart."""
 
 from __future__ import annotations
 
@@ -12,37 +12,44 @@ SHARE = 0.95
 
 
 class RewardMonitor:
-    """Counts over a life. ceiling: the reward of a step on which all that is counted is new."""
+    """Watches a reward over the run, and warns once of each fault.
+
+    ceiling: the reward of a step on which all that is counted is new (inf: none).
+    """
 
     def __init__(self, ceiling: float) -> None:
         self.ceiling = ceiling
         self.steps = self.poses = self.keys = 0
         self.bonus = 0.0
-        self.rung: set[str] = set()
+        self.warned: set[str] = set()
 
-    def look(self, poses: int, keys: int, bonus: np.ndarray) -> None:
-        """One more episode: how many different poses it had, how many different keys, and its rewards (N,)."""
+    def update(self, poses: int, keys: int, bonus: np.ndarray) -> None:
+        """Count an episode: its number of different poses and of different keys, and its rewards (N,)."""
         self.steps, self.poses, self.keys = self.steps + len(bonus), self.poses + poses, self.keys + keys
         self.bonus += float(bonus.sum())
         if self.steps < ENOUGH:
             return
         unique, mean = self.keys / max(1, self.poses), self.bonus / self.steps
         if unique > SHARE:
-            self.ring("key", f"the key of a picture is degenerate: {unique:.1%} of the poses of an episode have a key "
-                             "of their own, so that counts tell nothing; agent.key=grey_16 or grey_8 is coarser")
+            self.warn_once("key", f"the key of a picture is degenerate: {unique:.1%} of the poses of an episode have a "
+                                  "key of their own, so that counts carry no information; agent.key=grey_16 or grey_8 "
+                                  "is coarser")
         if mean > SHARE * self.ceiling:
-            self.ring("ceiling", f"the reward sits at its ceiling: {mean:.3f} of {self.ceiling:g} on average, so "
-                                 "that no action is better than another")
+            self.warn_once("ceiling", f"the reward sits at its ceiling: {mean:.3f} of {self.ceiling:g} on average, so "
+                                      "that no action is better than another")
 
-    def ring(self, name: str, text: str) -> None:
-        if name not in self.rung:
-            self.rung.add(name)
+    def warn_once(self, name: str, text: str) -> None:
+        """Warn, unless it was done before in this run."""
+        if name not in self.warned:
+            self.warned.add(name)
             warnings.warn(text, stacklevel=4)
 
     def state(self) -> dict[str, Any]:
+        """Return what a checkpoint keeps, as JSON has it."""
         return {"steps": self.steps, "poses": self.poses, "keys": self.keys, "bonus": self.bonus,
-                "rung": sorted(self.rung)}
+                "rung": sorted(self.warned)}
 
     def load_state(self, state: dict[str, Any]) -> None:
+        """Restore what `state` returned."""
         self.steps, self.poses, self.keys, self.bonus = (state[key] for key in ("steps", "poses", "keys", "bonus"))
-        self.rung = set(state["rung"])
+        self.warned = set(state["rung"])

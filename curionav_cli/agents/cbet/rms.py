@@ -1,4 +1,4 @@
-"""Rewards over their own running root mean square, so that a reward that fades keeps its weight beside the entropy."""
+"""The running root mean square of rewards, by which they are divided so that fading ones keep their weight."""
 
 from __future__ import annotations
 
@@ -7,8 +7,10 @@ from torch import Tensor, nn
 
 
 class RunningRMS(nn.Module):
-    """momentum: how much of the running mean is kept at each update. Its start does not weigh in: the mean is of what
-    was seen, from the first update on."""
+    """A running root mean square; momentum: how much of the running mean is kept at each update.
+
+    The mean has no initial value: it is corrected from the first update on.
+    """
 
     total: Tensor
     weight: Tensor
@@ -20,12 +22,13 @@ class RunningRMS(nn.Module):
             self.register_buffer(name, torch.zeros(()))
 
     def reset(self) -> None:
+        """Start the running mean anew."""
         self.total.zero_()
         self.weight.zero_()
 
     @torch.no_grad()
     def forward(self, reward: Tensor) -> Tensor:
-        """Take the rewards (...) into the mean of squares; its root, a scalar above zero."""
+        """Update the mean of squares with rewards (...); returns its root, a scalar above zero."""
         keep = self.momentum
         self.total.mul_(keep).add_(reward.square().mean(), alpha=1 - keep)
         self.weight.mul_(keep).add_(1 - keep)

@@ -1,4 +1,4 @@
-"""The settings of C-BET, as schema.py describes it; the values stand in conf/agent and conf/scale/cbet."""
+"""The settings of C-BET; the values stand in conf/agent and conf/scale/cbet."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from curionav_cli.bounds import bounded, within
 
 
 class Reward(Enum):
-    """What C-BET's learner is rewarded for; agents/cbet/rewards has a file for each."""
+    """The intrinsic reward; agents/cbet/rewards has a file for each."""
 
     cbet = "cbet"
     count = "count"
@@ -21,21 +21,21 @@ class Reward(Enum):
 
 
 class View(Enum):
-    """Of which C-BET takes the change: a panorama that only a simulator can take, or the robot's own picture."""
+    """The view whose changes are counted: a panorama that only a simulator has, or the robot's own image."""
 
     pano = "pano"
     ego = "ego"
 
 
 class Difference(Enum):
-    """Of two pictures: modulo 256, as released, or with its sign."""
+    """The difference of two images: modulo 256, as released, or with its sign."""
 
     wrapped = "wrapped"
     signed = "signed"
 
 
 class Key(Enum):
-    """What of a picture its key is made from: every number, or sums of grey on a grid of 16 x 16 or 8 x 8."""
+    """The numbers of an image that its key is made from: all, or sums of grey on a grid of 16 x 16 or 8 x 8."""
 
     raw = "raw"
     grey_16 = "grey_16"
@@ -43,14 +43,14 @@ class Key(Enum):
 
 
 class Tables(Enum):
-    """Who counts: each environment for itself, or all in one table."""
+    """The tables of counts: one for each environment, or one for all."""
 
     own = "own"
     shared = "shared"
 
 
 class Reset(Enum):
-    """When counts are forgotten: at random, with each episode, never."""
+    """When a table of counts is cleared: at random, after each episode, never."""
 
     random = "random"
     episode = "episode"
@@ -59,7 +59,7 @@ class Reset(Enum):
 
 @dataclass(frozen=True)
 class Coefficient:
-    """What each reward is multiplied by."""
+    """The factor of each reward."""
 
     cbet: float
     count: float
@@ -75,7 +75,7 @@ class Coefficient:
 
 @dataclass(frozen=True)
 class CBET:
-    """C-BET as released, with its siblings and controls (agent.reward) and what else changes its result."""
+    """C-BET as released, with its siblings and controls (agent.reward)."""
 
     name: str
     reward: Reward
@@ -131,4 +131,4 @@ class CBET:
 
 @dataclass(frozen=True)
 class CBETLifelong(CBET):
-    """C-BET strengthened by us: one table for all that is never forgotten, rewards over their running size."""
+    """C-BET strengthened by us: one table for all that is never cleared, rewards divided by their running size."""

@@ -1,4 +1,4 @@
-"""Unrolls: T steps of an episode as V-trace learns from them. They wait in a queue until B of them are there.
+"""Unrolls: pieces of T steps of an episode, which V-trace learns from B at a time.
 
 Letters: T steps, B unrolls, L layers of the LSTM, U its units.
 """
@@ -17,13 +17,13 @@ from curionav_cli.agents.cbet.transitions import Transitions
 
 
 class Unroll(NamedTuple):
-    """One piece of an episode."""
+    """T steps of an episode and the frame after them."""
 
     image: np.ndarray  # (T + 1, 64, 64, 3) uint8
     action: np.ndarray  # (T,) int64
-    log_policy: np.ndarray  # (T,) float32, log mu of the action when it was taken
-    bonus: np.ndarray  # (T,) float32, the reward's first factor
-    kind: np.ndarray  # (T,) int64, life.KINDS
+    log_policy: np.ndarray  # (T,) float32, log mu(a | s), of the policy that acted
+    bonus: np.ndarray  # (T,) float32, the reward's first factor (rewards/reward.py)
+    kind: np.ndarray  # (T,) int64, transitions.KINDS
     hidden: np.ndarray  # (L, U) float32, before the first frame
     cell: np.ndarray  # (L, U) float32
     respawned: np.ndarray  # () bool, the last frame begins an episode
@@ -43,28 +43,28 @@ class Batch(NamedTuple):
 
 
 @dataclass
-class Acted:
-    """What only the acting agent knows of an episode: how likely its actions were, and its memory now and then."""
+class ActingRecord:
+    """What is recorded while acting in an episode: log mu of the actions, the policy's entropy, the LSTM's memory."""
 
     log_policy: list[float] = field(default_factory=list)
     entropy: list[float] = field(default_factory=list)
     memory: list[tuple[np.ndarray, np.ndarray]] = field(default_factory=list)  # (L, U) before each T-th step
 
 
-def cut(life: Transitions, acted: Acted, bonus: np.ndarray, length: int) -> list[Unroll]:
-    """An episode of N steps as N / length unrolls."""
-    frames = np.append(np.arange(len(life)), 0)  # of the episode, the respawn last
-    kind, log_policy = life.kind, np.array(acted.log_policy, np.float32)
+def split_episode(transitions: Transitions, acted: ActingRecord, bonus: np.ndarray, length: int) -> list[Unroll]:
+    """Split an episode of N steps with bonus (N,) into N / length unrolls."""
+    episode, frames = transitions.episode, np.append(np.arange(len(transitions)), 0)  # the respawn last
+    kind, log_policy = transitions.kind, np.array(acted.log_policy, np.float32)
     unrolls = []
-    for (hidden, cell), at in zip(acted.memory, range(0, len(life), length), strict=True):
+    for (hidden, cell), at in zip(acted.memory, range(0, len(episode), length), strict=True):
         steps = slice(at, at + length)
         unrolls.append(Unroll(
-            life.episode.image[frames[at:at + length + 1]], life.episode.action[steps], log_policy[steps],
-            bonus[steps].astype(np.float32), kind[steps], hidden, cell, np.array(at + length == len(life))))
+            episode.image[frames[at:at + length + 1]], episode.action[steps], log_policy[steps],
+            bonus[steps].astype(np.float32), kind[steps], hidden, cell, np.array(at + length == len(episode))))
     return unrolls
 
 
-def together(unrolls: Sequence[Unroll], device: torch.device) -> Batch:
-    """Unrolls side by side."""
+def stack_unrolls(unrolls: Sequence[Unroll], device: torch.device) -> Batch:
+    """Stack B unrolls, time first, on the device."""
     parts = [torch.from_numpy(np.stack(part, axis=min(1, part[0].ndim))) for part in zip(*unrolls, strict=True)]
     return Batch(*(part.to(device) for part in parts))

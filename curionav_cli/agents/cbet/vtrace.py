@@ -1,6 +1,6 @@
 """V-trace targets and advantages (Espeholt et al., IMPALA, 2018, equation (1) and section 4.2).
 
-Letters: T steps, B unrolls. Clipped at one, as C-BET sets all three of rho, c and the policy gradient's rho.
+Letters: T steps, B unrolls. The ratios rho, c and that of the policy gradient are clipped at one, as in C-BET.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ from torch import Tensor
 
 @torch.no_grad()
 def vtrace(ratio: Tensor, reward: Tensor, discount: Tensor, value: Tensor) -> tuple[Tensor, Tensor]:
-    """ratio pi / mu, reward, discount (T, B); value (T + 1, B) -> targets v_s and advantages, (T, B) both.
+    """V-trace targets v_s and advantages, (T, B) both, from ratio pi / mu, reward, discount (T, B), value (T + 1, B).
 
     v_s = V_s + sum_t gamma^(t - s) (prod_{i < t} c_i) rho_t (r_t + gamma V_{t+1} - V_t), and the advantage is
     rho_s (r_s + gamma v_{s+1} - V_s).

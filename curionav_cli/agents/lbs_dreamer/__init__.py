@@ -1,4 +1,4 @@
-"""LBS Dreamer, the agent of the paper: a world model that is surprised, and an actor that seeks it."""
+"""LBS Dreamer, the agent of the paper: a world model, and an actor whose intrinsic reward is the model's surprise."""
 
 from __future__ import annotations
 
@@ -12,6 +12,7 @@ if TYPE_CHECKING:
 
 
 def make(own: settings.LBSDreamer, setup: Setup) -> Agent:
+    """Make the agent from its own settings and the run's."""
     from curionav_cli.agents.lbs_dreamer.agent import LBSDreamer  # torch is loaded for agents that learn
 
     return LBSDreamer(own, setup.seed, setup.device, setup.scene.plan, setup.compile)

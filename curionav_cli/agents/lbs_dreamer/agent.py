@@ -1,4 +1,8 @@
-"""LBS Dreamer, the agent of the paper: acts on filtered latent states, learns in imagination."""
+"""LBS Dreamer, the agent of the paper: acts on filtered model states, learns in imagination.
+
+Where its intrinsic reward comes from: curiosity/ (lbs.py, equation (2) of the paper), used in learner.py
+(`update_behaviour`), which trains the actor and critic of behaviour.py on imagined rollouts.
+"""
 
 from __future__ import annotations
 
@@ -11,42 +15,41 @@ import torch
 from torch import Tensor
 
 from curionav_cli.agents.agent import Agent
-from curionav_cli.agents.device import keep_freed_memory, repeatable, resolve_device
+from curionav_cli.agents.device import ALL, keep_freed_memory, repeatable, resolve_device
 from curionav_cli.agents.lbs_dreamer import settings as lbs_settings
 from curionav_cli.agents.lbs_dreamer.checkpoint import load_learner, save_learner
-from curionav_cli.agents.lbs_dreamer.compile import fuse, recorder, way
+from curionav_cli.agents.lbs_dreamer.compile import compile_mode, fuse, recorder
 from curionav_cli.agents.lbs_dreamer.device_replay import DeviceReplay, room_on
 from curionav_cli.agents.lbs_dreamer.learner import Learner, build_networks
 from curionav_cli.agents.lbs_dreamer.open_loop import predict_episode
 from curionav_cli.agents.lbs_dreamer.rssm import State
 from curionav_cli.agents.lbs_dreamer.world_model import Sequences
 from curionav_cli.agents.meter import Meter, finite
-from curionav_cli.agents.weights import pack, put, unpack
+from curionav_cli.agents.weights import overwrite, pack, unpack
 from curionav_cli.constants import IMAGE_SHAPE, Stream
 from curionav_cli.errors import ConfigError, WeightsRefused
 from curionav_cli.records import Episode, FloorPlan, Prediction
 from curionav_cli.storage.replay import NO_ACTION, Replay
 
-ACTING = ("world_model.encoder.", "world_model.rssm.", "behaviour.actor.")
+ACTING = ("world_model.encoder.", "world_model.rssm.", "behaviour.actor.")  # the networks that acting needs
 
 
 class Step(NamedTuple):
-    """What a step of acting depends on, beside the weights."""
+    """Inputs of one step of acting (a named tuple, as CUDA graphs need it)."""
 
     image: Tensor  # (64, 64, 3) uint8
-    action: Tensor  # (1,) int64, the one before
-    deter: Tensor  # (1, D)
-    stoch: Tensor  # (1, S * C)
-    noise: Tensor  # (1, S + 1) uniform in [0, 1): the last for the action
+    action: Tensor  # (1,) int64, a_{t-1}
+    deter: Tensor  # (1, D), h_{t-1}
+    stoch: Tensor  # (1, S * C), z_{t-1}
+    noise: Tensor  # (1, S + 1) uniform in [0, 1): the last number for the action
 
 
 class LBSDreamer(Agent):
-    """DreamerV2's world model and actor-critic, with Latent Bayesian Surprise for a reward.
+    """DreamerV2's world model and actor-critic, with Latent Bayesian Surprise as the intrinsic reward.
 
-    All randomness is its own: `rng` (numpy) draws sequences, `generator` (torch) what learning needs else,
-    `acting_generator` the actions of one episode, from seed and episode alone: a robot that acts need not know how
-    often its server has drawn.
-    On a CPU the same seed and number of threads give the same bytes.
+    Random numbers: `rng` (numpy) draws windows of the replay, the learner's `generator` (torch) all else in learning,
+    `acting_generator` the actions of one episode. That one is seeded by seed and episode alone, so that a robot and its
+    server need not share a state. On a CPU the same seed and number of threads give the same bytes.
     """
 
     learns = True
@@ -54,31 +57,31 @@ class LBSDreamer(Agent):
     def __init__(self, hyper: lbs_settings.LBSDreamer, seed: int, device: str, plan: FloorPlan,
                  compile: str = "auto"):
         super().__init__(seed)
-        keep_freed_memory()
+        keep_freed_memory(kept=ALL, mapped_from=None)
         self.hyper, self.seed, self.device = hyper, seed, resolve_device(device)
         self.every = hyper.action_repeat
         repeatable(self.device)
-        how = way(compile, self.device)
-        record = recorder(how, self.device)
-        weights, other = (int(n) for n in self.rng.integers(2**62, size=2))
-        networks = build_networks(hyper, torch.Generator().manual_seed(weights), self.device)
-        if how == "fused":
+        mode = compile_mode(compile, self.device)
+        record = recorder(mode, self.device)
+        weights_seed, learning_seed = (int(n) for n in self.rng.integers(2**62, size=2))
+        networks = build_networks(hyper, torch.Generator().manual_seed(weights_seed), self.device)
+        if mode == "fused":
             fuse(networks.world_model.rssm)
-        self.learner = Learner(hyper, networks, torch.Generator(self.device).manual_seed(other), record)
-        self.notes = networks.curiosity.notes(plan)
+        self.learner = Learner(hyper, networks, torch.Generator(self.device).manual_seed(learning_seed), record)
+        self.visit_counts = networks.curiosity.visit_counts(plan)
         self.filter = record(self._filter, [])
         self.frames: DeviceReplay | None = None
         self.begin()
 
     def begin(self) -> None:
-        """Forget the episode: a zero state, no action yet."""
+        """Start an episode from a zero state, without an action before."""
         self.state = self.learner.networks.world_model.rssm.initial(1)
         self.action = torch.tensor([NO_ACTION], device=self.device)
         self.acting_generator: torch.Generator | None = None
         self.steps = 0
 
     def act(self, observation: dict[str, np.ndarray], info: dict[str, Any]) -> int:
-        """Filter the image into the state that is carried over the episode, sample the policy, and hold that."""
+        """Filter the image into the model state, draw an action from the policy, and hold it for `every` steps."""
         self.steps += 1
         if (self.steps - 1) % self.every:
             return int(self.action)
@@ -86,12 +89,13 @@ class LBSDreamer(Agent):
             seed = np.random.default_rng([self.seed, Stream.acting, info["episode_index"]]).integers(2**62)
             self.acting_generator = torch.Generator(self.device).manual_seed(int(seed))
         noise = torch.rand(1, self.hyper.latent_dimension + 1, generator=self.acting_generator, device=self.device)
-        found = self.filter(Step(torch.from_numpy(observation["image"]), self.action, *self.state, noise))
-        self.state, self.action = State(found["deter"], found["stoch"]), found["action"]
+        outputs = self.filter(Step(torch.from_numpy(observation["image"]), self.action, *self.state, noise))
+        self.state, self.action = State(outputs["deter"], outputs["stoch"]), outputs["action"]
         return int(self.action)
 
     @torch.inference_mode()
     def _filter(self, step: Step) -> dict[str, Tensor]:
+        """s_t ~ q(s_t | s_{t-1}, a_{t-1}, x_t), then a_t ~ pi(a_t | s_t)."""
         networks = self.learner.networks
         model, rssm = networks.world_model, networks.world_model.rssm
         patches = model.patches(step.image.to(self.device))
@@ -101,66 +105,71 @@ class LBSDreamer(Agent):
         return {"deter": state.deter, "stoch": state.stoch, "action": action}
 
     def export_weights(self) -> bytes:
-        return pack(self.acting())
+        """Return encoder, RSSM and actor as a safetensors file."""
+        return pack(self.acting_weights())
 
     def import_weights(self, raw: bytes) -> None:
-        own = self.acting()
-        kept = {name: tensor.clone() for name, tensor in own.items()}
-        put(own, unpack(raw, own))
-        if not self.acts():
-            put(own, kept)
+        """Act with exported weights. Raises WeightsRefused, and changes nothing, where they do not fit or not act."""
+        own = self.acting_weights()
+        before = {name: tensor.clone() for name, tensor in own.items()}
+        overwrite(own, unpack(raw, own))
+        if not self.acts_finitely():
+            overwrite(own, before)
             raise WeightsRefused("they give no finite numbers for an image")
 
     @torch.inference_mode()
-    def acts(self) -> bool:
-        """Are the latents and the policy finite for one grey image?"""
+    def acts_finitely(self) -> bool:
+        """Tell whether model state and policy are finite for a grey image."""
         grey = torch.full(IMAGE_SHAPE, 128, dtype=torch.uint8)
         action, noise = torch.tensor([NO_ACTION]), torch.full((1, self.hyper.latent_dimension + 1), 0.5)
         networks = self.learner.networks
         step = Step(grey, action.to(self.device), *networks.world_model.rssm.initial(1), noise.to(self.device))
-        found = self.filter(step)
-        state = State(found["deter"], found["stoch"])
+        outputs = self.filter(step)
+        state = State(outputs["deter"], outputs["stoch"])
         return bool(torch.cat([state.features, networks.behaviour.actor(state.features)], -1).isfinite().all())
 
-    def acting(self) -> dict[str, Tensor]:
-        """The part of the weights that acting needs, as it lies in memory: encoder, RSSM and actor."""
+    def acting_weights(self) -> dict[str, Tensor]:
+        """The weights that acting needs, encoder, RSSM and actor, by name: the tensors themselves, not copies."""
         return {name: tensor for name, tensor in self.learner.networks.state_dict().items() if name.startswith(ACTING)}
 
     def predict(self, index: int, episode: Episode) -> Prediction | None:
+        """Predict windows of the episode open-loop (open_loop.py); None where it is too short."""
         rng = np.random.default_rng([self.seed, Stream.predictions, index])
         return predict_episode(self.learner.networks, episode, self.hyper.sequence_length, rng, self.device, self.every)
 
     def learn(self, replay: Replay, iterations: int, tick: Callable[[int], None]) -> dict[str, float]:
-        """K updates; the means of their scalars, and what was done since the run began.
+        """K updates; returns the means of their metrics, and updates and frames since the run began.
 
-        Raises ConfigError where no episode is as long as a training sequence, RunFailed where a loss
-        or a gradient is not finite (the last save is then still a good one).
+        Raises ConfigError where no episode is as long as a training sequence, RunFailed where a loss or a gradient is
+        not finite; the last checkpoint is then still good.
         """
         assert replay.every == self.every, (replay.every, self.every)
         meter = Meter()
-        if self.notes:
-            self.notes.take_in(replay)
+        if self.visit_counts:
+            self.visit_counts.update(replay)
         for iteration, data in enumerate(self._batches(replay, iterations)):
             meter.add(self.learner.update(data))
             tick(iteration + 1)
         metrics = finite(meter.read(), self.learner.updates, "agent.model_lr")
         updates, frames = float(self.learner.updates), self.hyper.batch_size * self.hyper.sequence_length
-        done = {"updates": updates, "frames_replayed": updates * frames}
-        return {**metrics, **done} if iterations else {}
+        totals = {"updates": updates, "frames_replayed": updates * frames}
+        return {**metrics, **totals} if iterations else {}
 
     def save(self, folder: Path) -> None:
+        """Write the files that checkpoint.py lists, and rng.json."""
         super().save(folder)
         save_learner(self.learner, folder)
 
     def load(self, folder: Path) -> None:
+        """Restore what `save` wrote. Raises RunFolderError as `load_learner` does."""
         super().load(folder)
         load_learner(self.learner, folder)
         self.begin()
 
     def _batches(self, replay: Replay, count: int) -> Iterator[Sequences]:
-        """Batches drawn from the replay, time first, on the device.
+        """Draw `count` batches from the replay, time first, on the device.
 
-        All are drawn at once, and all but their frames travels at once: no update waits for the host.
+        All are drawn at once, and all but their frames is copied at once, so that no update waits for the host.
         """
         if not count:
             return
@@ -174,8 +183,8 @@ class LBSDreamer(Agent):
         all_which, all_start = (np.concatenate(part) for part in zip(*drawn, strict=True))
         moves = replay.moves(all_which, all_start, length)  # (count * B, L)
         parts = [moves["action"].T, moves["is_start"]]
-        if self.notes:
-            parts.append(self.notes.of(all_which, all_start, moves["pose"]).T)
+        if self.visit_counts:
+            parts.append(self.visit_counts.of_windows(all_which, all_start, moves["pose"]).T)
         parts = [torch.from_numpy(part).to(self.device).split(self.hyper.batch_size, -1) for part in parts]
         if self.frames is None or self.frames.replay is not replay:
             self.frames = DeviceReplay(replay, self.device, room_on(self.device))

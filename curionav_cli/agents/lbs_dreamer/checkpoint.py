@@ -1,8 +1,8 @@
-"""What the agent is, as files: safetensors and JSON, nothing pickled.
+"""The learner's checkpoint: safetensors and JSON, nothing pickled.
 
-    weights.safetensors     all networks, slow critic and reward normaliser included
+    weights.safetensors     all networks, with slow critic and reward normaliser
     training.safetensors    Adam's moments as 'optimiser/parameter/moment', the generator as 'generator'
-    training.json           counters, and the device that the generator belongs to
+    training.json           counters, and the kind of device that the generator belongs to
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ def save_learner(learner: Learner, folder: Path) -> None:
 
 
 def load_learner(learner: Learner, folder: Path) -> None:
-    """Become what was saved. On another kind of device the generator is seeded anew from the counters.
+    """Restore what `save_learner` wrote. On another kind of device the generator is seeded anew from the counters.
 
     Raises RunFolderError where a file is missing or broken, or the weights are another network's.
     """

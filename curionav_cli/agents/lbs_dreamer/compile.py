@@ -1,4 +1,4 @@
-"""How the agent's functions run on its device: kernel by kernel, as CUDA graphs, as graphs of fused kernels."""
+"""How the agent's functions run on its device: eagerly, as CUDA graphs, or as CUDA graphs of fused kernels."""
 
 from __future__ import annotations
 
@@ -19,8 +19,8 @@ from curionav_cli.errors import ConfigError
 log = logging.getLogger("curionav")
 
 
-def way(compile: str, device: torch.device) -> str:
-    """The setting -> none, graph or fused. Raises ConfigError for what needs CUDA where there is none."""
+def compile_mode(compile: str, device: torch.device) -> str:
+    """Resolve the setting compile to none, graph or fused. Raises ConfigError where it needs a CUDA device."""
     if device.type == "cpu":
         if compile in ("graph", "fused"):
             raise ConfigError(f"compile={compile} needs a CUDA device, and this run computes on the CPU. "
@@ -33,19 +33,19 @@ def way(compile: str, device: torch.device) -> str:
 
 
 def can_fuse(device: torch.device) -> bool:
-    """Triton writes kernels for GPUs from Volta on; what starts them is C and needs Python's header."""
+    """Tell whether Triton can compile here: it needs a GPU from Volta on, a C compiler and Python's header."""
     header = Path(sysconfig.get_path("include"), "Python.h")
     return (find_spec("triton") is not None and any(map(which, ("cc", "gcc", "clang"))) and header.is_file()
             and torch.cuda.get_device_capability(device) >= (7, 0))
 
 
-def recorder(way: str, device: torch.device) -> Record:
-    """What makes a function run that way."""
-    return as_it_is if way == "none" else partial(Recorded, cuda_graph, device)
+def recorder(mode: str, device: torch.device) -> Record:
+    """Return what makes a function run in that mode."""
+    return as_it_is if mode == "none" else partial(Recorded, cuda_graph, device)
 
 
 def fuse(rssm: RSSM, backend: str = "inductor") -> None:
-    """Let torch.compile make few kernels of the many of a step: of the scan, of its gradient, of imagination."""
+    """Have torch.compile fuse the kernels of a step: of the scan, of its gradient, of imagination."""
     compiled = partial(torch.compile, backend=backend, dynamic=False, fullgraph=True)
     rssm.steps = Steps(*(compiled(step) for step in rssm.steps))
     rssm.imagine = compiled(rssm.imagine)  # type: ignore[method-assign]

@@ -1,7 +1,9 @@
-"""The frames of a replay where the learner is: on a GPU as uint8, 12 kB each, and batches gathered there.
+"""The frames of a replay on the learner's device: on a GPU as uint8, 12 kB each, where batches are gathered.
 
-Episodes that find no room stay with the host, and the windows drawn from them travel, by way of two
-buffers in page-locked memory: one is filled while the other is on its way.
+Episodes that do not fit stay on the host; windows drawn from them are copied through two buffers in page-locked memory,
+of which one is filled while the other is sent.
+
+Letters: B windows of L frames, M of them on the host.
 """
 
 from __future__ import annotations
@@ -16,30 +18,30 @@ from torch import Tensor
 from curionav_cli.constants import IMAGE_SHAPE
 from curionav_cli.storage.replay import Replay
 
-SHARE = 0.5  # of the GPU's free memory; the rest is for what is computed
+SHARE = 0.5  # of the GPU's free memory; the rest is for activations
 FRAME = math.prod(IMAGE_SHAPE)
 
 log = logging.getLogger("curionav")
 
 
 def room_on(device: torch.device) -> int:
-    """Bytes that frames may take there. A CPU needs none: they are with the host already."""
+    """Bytes that frames may take on the device; 0 for a CPU, where they already are."""
     return int(SHARE * torch.cuda.mem_get_info(device)[0]) if device.type == "cuda" else 0
 
 
 class DeviceReplay:
-    """The first episodes of `replay` that fit into `room` bytes on `device`, and a way for the others."""
+    """Holds the first episodes of `replay` that fit into `room` bytes on `device`, and copies windows of the others."""
 
     def __init__(self, replay: Replay, device: torch.device, room: int):
         self.replay, self.device, self.room = replay, device, room
         self.full = not room
         self.episodes: list[Tensor] = []  # (steps + 1, FRAME) each
         self.buffers: list[Tensor] = []  # (B, L, FRAME) each, page-locked for a GPU
-        self.sent: list[torch.cuda.Event] = []  # the last journey from each buffer
+        self.sent: list[torch.cuda.Event] = []  # the last copy from each buffer
         self.turn = 0
 
     def follow(self) -> None:
-        """Take over the episodes that are new."""
+        """Copy the episodes that are new in the replay."""
         while not self.full and len(self.episodes) < len(self.replay):
             image = self.replay.episode(len(self.episodes)).image
             self.full = image.nbytes > self.room
@@ -51,15 +53,15 @@ class DeviceReplay:
                 self.room -= image.nbytes
 
     def windows(self, which: np.ndarray, start: np.ndarray, length: int) -> Tensor:
-        """Frames (L, B, 64, 64, 3) of the windows that `replay.draw` gave: which (B,), start (B,)."""
-        away = which >= len(self.episodes)
-        sent = iter(self._send(which[away], start[away], (len(which), length, FRAME)) if away.any() else ())
+        """Frames (L, B, 64, 64, 3) uint8 of the windows that `replay.draw` returned: which (B,), start (B,)."""
+        on_host = which >= len(self.episodes)
+        sent = iter(self._send(which[on_host], start[on_host], (len(which), length, FRAME)) if on_host.any() else ())
         rows = [self.episodes[e][s:s + length] if e < len(self.episodes) else next(sent)
                 for e, s in zip(which.tolist(), start.tolist(), strict=True)]
         return torch.stack(rows, 1).view(length, len(rows), *IMAGE_SHAPE)
 
     def _send(self, which: np.ndarray, start: np.ndarray, most: tuple[int, int, int]) -> Tensor:
-        """Windows (M, L, FRAME) from the host; at `most` so many."""
+        """Copy windows (M, L, FRAME) from the host; `most`: the largest such shape."""
         cuda = self.device.type == "cuda"
         if not self.buffers:
             self.buffers = [torch.empty(most, dtype=torch.uint8, pin_memory=cuda) for _ in range(2)]
@@ -69,7 +71,7 @@ class DeviceReplay:
         if cuda:
             self.sent[self.turn].synchronize()  # of the batch before the last: the GPU is not waited for
         self.replay.frames(which, start, frames.view(*frames.shape[:2], *IMAGE_SHAPE).numpy())
-        there = frames.to(self.device, non_blocking=True)
+        on_device = frames.to(self.device, non_blocking=True)
         if cuda:
             self.sent[self.turn].record()
-        return there
+        return on_device

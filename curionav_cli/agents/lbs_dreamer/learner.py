@@ -1,4 +1,11 @@
-"""One update of everything that learns: world model, curiosity, actor and critic, in this order."""
+"""One update of all that learns, in this order: world model, curiosity, then actor and critic on imagined rollouts.
+
+    update_world_model   equation (1)   world_model.py
+    update_curiosity     equation (2)   curiosity/, the intrinsic reward
+    update_behaviour     equation (3)   behaviour.py, returns.py
+
+Letters: T steps, B sequences, H horizon, N rollouts, S latents.
+"""
 
 from __future__ import annotations
 
@@ -18,11 +25,11 @@ from curionav_cli.agents.lbs_dreamer.optimiser import Optimiser
 from curionav_cli.agents.lbs_dreamer.rssm import Observed, State
 from curionav_cli.agents.lbs_dreamer.stream_norm import StreamNorm
 from curionav_cli.agents.lbs_dreamer.world_model import Sequences, WorldModel, choose
-from curionav_cli.constants import ACTIONS
+from curionav_cli.constants import ACTIONS, FORWARD, LEFT, RIGHT
 
 
 class Networks(nn.Module):
-    """Everything with weights; what `weights.safetensors` holds."""
+    """All networks and running means: the content of `weights.safetensors`."""
 
     def __init__(self, hyper: lbs_settings.LBSDreamer):
         super().__init__()
@@ -34,7 +41,7 @@ class Networks(nn.Module):
 
 
 def build_networks(hyper: lbs_settings.LBSDreamer, generator: torch.Generator, device: torch.device) -> Networks:
-    """Made without drawing from torch's global generator, the same on every device."""
+    """Make networks whose first weights come from `generator` alone, the same on every device."""
     with torch.device("meta"):
         networks = Networks(hyper)
     networks.to_empty(device="cpu")
@@ -45,20 +52,21 @@ def build_networks(hyper: lbs_settings.LBSDreamer, generator: torch.Generator, d
 
 
 class Noise(NamedTuple):
-    """All that one update leaves to chance, uniform in [0, 1); the last two where behaviour is learned."""
+    """All random numbers of one update, uniform in [0, 1); the last two only where behaviour is learned."""
 
     latents: Tensor  # (T, B, S)
-    frames: Tensor  # (T * B,), their order is that of the frames to be decoded
+    frames: Tensor  # (T * B,), their order chooses the frames to be decoded
     curiosity: Tensor  # (T, B)
-    starts: Tensor | None = None  # (T * B,), their order is that of the states to imagine from
+    starts: Tensor | None = None  # (T * B,), their order chooses the states to imagine from
     imagined: Tensor | None = None  # (H, N, S + 1)
 
 
 class Learner:
-    """Networks and their optimisers. `updates` and `behaviour_updates` count what was done.
+    """Updates the networks, each with its optimiser; `updates` and `behaviour_updates` count what was done.
 
-    An update is counting and drawing, which stay in Python, and `compute`, which is tensors only: it
-    asks nothing of the host, so that `record` can make a CUDA graph of it (cuda_graphs.py).
+    generator: of all randomness in updates. record: how `compute` is run (compile.py). Counters and random numbers
+    stay in Python; `compute` is tensors only and waits for no value, so that it can be a CUDA graph
+    (kernels/cuda_graphs.py).
     """
 
     def __init__(self, hyper: lbs_settings.LBSDreamer, networks: Networks, generator: torch.Generator,
@@ -77,78 +85,77 @@ class Learner:
             self.optimisers["curiosity"] = Optimiser(networks.curiosity, hyper.model_lr, **common)
         state = [*networks.state_dict().values(),
                  *(tensor for optimiser in self.optimisers.values() for tensor in optimiser.state().values())]
-        self.run = {imagines: record(self.compute, state) for imagines in (True, False)}
+        self.run = {with_behaviour: record(self.compute, state) for with_behaviour in (True, False)}
 
     def update(self, data: Sequences) -> dict[str, Tensor]:
-        """One iteration; scalars of it, on the device, where the next update may overwrite them."""
-        imagines = self.count()
-        return self.run[imagines](data, self.draw(data.action.shape, imagines))
+        """Learn from one batch; returns scalar metrics on the device, which the next update may overwrite."""
+        with_behaviour = self.count()
+        return self.run[with_behaviour](data, self.draw(data.action.shape, with_behaviour))
 
     def count(self) -> bool:
-        """Does the update that begins now learn behaviour too? The slow critic follows where it is due."""
-        imagines = self.updates % self.hyper.behaviour_interval == 0
-        if imagines:
+        """Count an update, and tell whether it learns behaviour; first copies the slow critic where that is due."""
+        with_behaviour = self.updates % self.hyper.behaviour_interval == 0
+        if with_behaviour:
             if self.behaviour_updates % self.hyper.slow_critic_interval == 0:
                 self.networks.behaviour.update_slow_critic()
             self.behaviour_updates += 1
         self.updates += 1
-        return imagines
+        return with_behaviour
 
-    def draw(self, shape: torch.Size, imagines: bool) -> Noise:
-        """For a batch of `shape` (T, B), from the agent's own generator."""
+    def draw(self, shape: torch.Size, with_behaviour: bool) -> Noise:
+        """Draw the random numbers of an update for a batch of `shape` (T, B)."""
         frames, latents = shape.numel(), self.hyper.latent_dimension
         noise = Noise(self._uniform(*shape, latents), self._uniform(frames), self._uniform(*shape))
-        if not imagines:
+        if not with_behaviour:
             return noise
         count = min(self.hyper.imagination_starts, frames)
         return noise._replace(starts=self._uniform(frames),
                               imagined=self._uniform(self.hyper.horizon, count, latents + 1))
 
     def compute(self, data: Sequences, noise: Noise) -> dict[str, Tensor]:
-        """Everything of an update that happens on the device."""
-        seen, metrics = self.update_world_model(data, noise)
-        metrics |= self.update_curiosity(seen, data, noise.curiosity)
+        """Run the three parts of an update; metrics on the device."""
+        observed, metrics = self.update_world_model(data, noise)
+        metrics |= self.update_curiosity(observed, data, noise.curiosity)
         if noise.starts is not None and noise.imagined is not None:
-            metrics |= self.update_behaviour(seen.states, noise.starts, noise.imagined)
+            metrics |= self.update_behaviour(observed.states, noise.starts, noise.imagined)
         return {name: value.detach() for name, value in metrics.items()}
 
     def update_world_model(self, data: Sequences, noise: Noise) -> tuple[Observed, dict[str, Tensor]]:
-        """Equation (1)."""
+        """Equation (1): a step of encoder, RSSM and decoder; returns the filtered steps, detached, and metrics."""
         with self._precision():
-            loss, seen, metrics = self.networks.world_model.loss(data, noise.latents, noise.frames)
+            loss, observed, metrics = self.networks.world_model.loss(data, noise.latents, noise.frames)
         metrics["model_norm"] = self.optimisers["model"].step(loss)
-        return seen.detach(), metrics
+        return observed.detach(), metrics
 
-    def update_curiosity(self, seen: Observed, data: Sequences, noise: Tensor) -> dict[str, Tensor]:
-        """Equation (2), on the states that the world model has just filtered."""
-        metrics = {"kl": latent.kl(seen.posterior, seen.prior).mean()}
+    def update_curiosity(self, observed: Observed, data: Sequences, noise: Tensor) -> dict[str, Tensor]:
+        """Equation (2): a step of the network that predicts the intrinsic reward, on the steps just filtered."""
+        metrics = {"kl": latent.kl(observed.posterior, observed.prior).mean()}
         if "curiosity" in self.optimisers:
             with self._precision():
-                loss, scalars = self.networks.curiosity.loss(seen, data, noise)
+                loss, scalars = self.networks.curiosity.loss(observed, data, noise)
             metrics |= scalars | {"curiosity_loss": loss, "curiosity_norm": self.optimisers["curiosity"].step(loss)}
         return metrics
 
     def update_behaviour(self, states: State, start_noise: Tensor, noise: Tensor) -> dict[str, Tensor]:
-        """Equation (3): imagine from states (T, B, ...), then a step of the actor and one of the critic."""
+        """Equation (3): a step of the actor and one of the critic, on N rollouts imagined from states (T, B, ...).
+
+        start_noise (T * B,) chooses the N states; noise (H, N, S + 1) draws latents and actions.
+        """
         hyper, networks, behaviour = self.hyper, self.networks, self.networks.behaviour
         with self._precision():
-            starts = chosen_states(states, noise.shape[1], start_noise)
-            imagined = behaviour.imagine(networks.world_model.rssm, starts, noise)
-            reward = networks.curiosity.reward(imagined).detach()
-            scaled = networks.stream_norm(reward)
-            value = behaviour.slow_values(imagined)
-            target, advantage = targets_and_advantage(scaled, value, hyper.gamma, hyper.return_lambda)
+            start = chosen_states(states, noise.shape[1], start_noise)  # (N, ...)
+            imagined = behaviour.imagine(networks.world_model.rssm, start, noise)
+            intrinsic = networks.curiosity.intrinsic_reward(imagined).detach()  # (H + 1, N)
+            reward = networks.stream_norm(intrinsic)
+            value = behaviour.slow_values(imagined)  # (H + 1, N)
+            target, advantage = targets_and_advantage(reward, value, hyper.gamma, hyper.return_lambda)
             actor_loss, entropy = behaviour.actor_loss(imagined, advantage, hyper.gamma, hyper.entropy)
             critic_loss = behaviour.critic_loss(imagined, target, hyper.gamma)
-        action = imagined.action
         metrics = {
-            "curiosity_reward": reward.mean(), "curiosity_reward_deviation": reward.std(), "reward": scaled.mean(),
-            "reward_deviation": scaled.std(), "reward_magnitude": networks.stream_norm.magnitude.clone(),
-            "critic_value": value.mean(), "critic_target": target.mean(), "critic_loss": critic_loss,
-            "advantage": advantage.mean(), "advantage_deviation": advantage.std(),
-            "actor_loss": actor_loss, "actor_entropy": entropy,
-            "imagined_forward": (action == 0).float().mean(), "imagined_left": (action == 1).float().mean(),
-            "imagined_right": (action == 2).float().mean(),
+            **spread("curiosity_reward", intrinsic), **spread("reward", reward),
+            "reward_magnitude": networks.stream_norm.magnitude.clone(), "critic_value": value.mean(),
+            "critic_target": target.mean(), "critic_loss": critic_loss, **spread("advantage", advantage),
+            "actor_loss": actor_loss, "actor_entropy": entropy, **action_shares(imagined.action),
         }
         metrics["actor_norm"] = self.optimisers["actor"].step(actor_loss)
         metrics["critic_norm"] = self.optimisers["critic"].step(critic_loss)
@@ -158,14 +165,25 @@ class Learner:
         return torch.rand(shape, generator=self.generator, device=self.device)
 
     def _precision(self) -> AbstractContextManager:
-        assert self.hyper.precision is not lbs_settings.Precision.auto, "build.agent chooses"
+        assert self.hyper.precision is not lbs_settings.Precision.auto, "build.agent replaces it"
         if self.hyper.precision is lbs_settings.Precision.float32:
             return nullcontext()
         return torch.autocast(self.device.type, torch.bfloat16)
 
 
 def chosen_states(states: State, count: int, noise: Tensor) -> State:
-    """`count` of the states (T, B, ...) as (N, ...), by the order of `noise` (T * B,)."""
+    """Draw N = `count` of the states (T, B, ...) by the order of `noise` (T * B,): (N, ...)."""
     deter, stoch = (part.flatten(0, 1) for part in states)
     chosen = choose(len(deter), count, noise)
     return State(deter[chosen], stoch[chosen])
+
+
+def spread(name: str, x: Tensor) -> dict[str, Tensor]:
+    """Mean and standard deviation of x, as metrics."""
+    return {name: x.mean(), f"{name}_deviation": x.std()}
+
+
+def action_shares(action: Tensor) -> dict[str, Tensor]:
+    """The share of each action among imagined ones, as metrics."""
+    names = {"forward": FORWARD, "left": LEFT, "right": RIGHT}
+    return {f"imagined_{name}": (action == number).float().mean() for name, number in names.items()}

@@ -1,10 +1,9 @@
-"""Encoder and decoder (DreamerV2, appendix D), with images held as patches.
+"""Encoder and decoder p(x | s) (paper, "World model"; DreamerV2, appendix D), on images held as patches.
 
-Letters: N frames, k kernel, s stride, G = 64 / s patches a side, P = 3 s s numbers of a patch, E embedding.
+The encoder's first layer and the decoder's last are computed on patches (kernels/patches.py), exactly; their parameters
+have the shapes of convolutions on pixels.
 
-A convolution of kernel k and stride s on pixels equals one of kernel k / s and stride 1 on s x s
-patches, and the mirror image of that holds for the decoder's last layer. Both are computed on
-patches, which is faster by half and exact; the parameters keep their usual shapes.
+Letters: N frames, s stride, G = 64 / s patches a side, P = 3 * s * s numbers of a patch, E embedding, F features.
 """
 
 from __future__ import annotations
@@ -14,36 +13,14 @@ from typing import cast
 import torch
 from torch import Tensor, nn
 
-from curionav_cli.agents.lbs_dreamer.kernels.convolution import convolution, pixels, to_patches_of
+from curionav_cli.agents.lbs_dreamer.kernels.convolution import convolution, transposed_of_point, transposed_to_patches
 from curionav_cli.agents.lbs_dreamer.kernels.elu import elu
+from curionav_cli.agents.lbs_dreamer.kernels.patches import patch_kernel
 from curionav_cli.constants import IMAGE_CHANNELS, IMAGE_SIDE
 
 
-def to_patches(image: Tensor, stride: int) -> Tensor:
-    """Images (..., 64, 64, 3) uint8 -> patches (N, G, G, P) float in [-0.5, 0.5]."""
-    grid = IMAGE_SIDE // stride
-    word = {0: torch.int32, 2: torch.int16}.get(stride * IMAGE_CHANNELS % 4, torch.uint8)  # several bytes at a time
-    rows = image.view(-1, grid, stride, grid, stride * IMAGE_CHANNELS).view(word).unbind(2)  # of a patch
-    patches = torch.stack(rows, 3).view(torch.uint8).flatten(3)
-    return patches.float().mul_(1 / 255).sub_(0.5)
-
-
-def to_images(patches: Tensor, stride: int) -> Tensor:
-    """The way back: (N, G, G, P) float -> (N, 64, 64, 3) uint8."""
-    image = pixels(patches.float().permute(0, 3, 1, 2), stride).permute(0, 2, 3, 1)
-    return ((image + 0.5) * 255).round().clamp(0, 255).to(torch.uint8)
-
-
-def patch_kernel(weight: Tensor, stride: int) -> Tensor:
-    """Convolution weight (out, 3, k, k) on pixels -> (out, P, k/s, k/s) on patches."""
-    out, colours, kernel, _ = weight.shape
-    reach = kernel // stride
-    blocks = weight.view(out, colours, reach, stride, reach, stride)
-    return blocks.permute(0, 3, 5, 1, 2, 4).reshape(out, stride * stride * colours, reach, reach)
-
-
 def initialise(module: nn.Module, generator: torch.Generator) -> None:
-    """Glorot-uniform weights and zero biases, as Keras does for DreamerV2; LayerNorm at one and zero."""
+    """Draw Glorot-uniform weights; zero biases, LayerNorm weights of one (DreamerV2 by Keras' defaults)."""
     for part in module.modules():
         if isinstance(part, (nn.Linear, nn.Conv2d, nn.ConvTranspose2d)):
             nn.init.xavier_uniform_(part.weight, generator=generator)
@@ -54,7 +31,7 @@ def initialise(module: nn.Module, generator: torch.Generator) -> None:
 
 
 class Encoder(nn.Module):
-    """Convolutions with ELU, no padding: (N, G, G, P) -> (N, E)."""
+    """Convolutions with ELU, no padding: patches (N, G, G, P) -> embeddings (N, E)."""
 
     def __init__(self, channels: list[int], kernels: list[int], strides: list[int]):
         super().__init__()
@@ -76,9 +53,9 @@ class Encoder(nn.Module):
 
 
 class Decoder(nn.Module):
-    """A dense layer and transposed convolutions with ELU, none on the last: (N, F) -> (N, G, G, P).
+    """A dense layer and transposed convolutions with ELU, none on the last: features (N, F) -> patches (N, G, G, P).
 
-    The output is the mean of a normal distribution of variance one for every number of the image.
+    The output is the mean of p(x | s), a normal distribution of variance one for every number of the image.
     """
 
     def __init__(self, features: int, units: int, channels: list[int], kernels: list[int],
@@ -92,15 +69,7 @@ class Decoder(nn.Module):
 
     def forward(self, features: Tensor) -> Tensor:
         first, *middle, last = cast(list[nn.ConvTranspose2d], self.layers)
-        x = elu(self._from_point(first, self.dense(features)))
+        x = elu(transposed_of_point(self.dense(features), first.weight, cast(Tensor, first.bias)))  # (N, c, k, k)
         for layer in middle:
             x = elu(convolution(x, layer.weight, cast(Tensor, layer.bias), layer.stride[0], transposed=True))
-        return to_patches_of(x, last.weight, cast(Tensor, last.bias), self.stride).permute(0, 2, 3, 1)
-
-    @staticmethod
-    def _from_point(layer: nn.ConvTranspose2d, x: Tensor) -> Tensor:
-        """A transposed convolution of one point is a product: (N, in) -> (N, out, k, k)."""
-        inputs, out, kernel, _ = layer.weight.shape
-        weight = layer.weight.permute(0, 2, 3, 1).reshape(inputs, -1)
-        y = torch.addmm(cast(Tensor, layer.bias).repeat(kernel * kernel), x, weight)
-        return y.view(-1, kernel, kernel, out).permute(0, 3, 1, 2)
+        return transposed_to_patches(x, last.weight, cast(Tensor, last.bias), self.stride).permute(0, 2, 3, 1)

@@ -10,10 +10,10 @@ from curionav_cli.constants import IMAGE_CHANNELS, IMAGE_SIDE
 
 
 class Precision(Enum):
-    """What products and convolutions are computed in.
+    """The type that matrix products and convolutions are computed in.
 
     auto is bfloat16 at scale=paper, on CUDA or on a processor that has it natively and multiplies faster in it; else
-    float32. At scale=cpu it is float32 everywhere: how that learns in bfloat16 was not compared.
+    float32. At scale=cpu it is float32 everywhere: learning in bfloat16 was not compared there.
     """
 
     auto = "auto"
@@ -22,7 +22,7 @@ class Precision(Enum):
 
 
 class Curiosity(Enum):
-    """What makes a state worth reaching; agents/lbs_dreamer/curiosity has a file for each."""
+    """The intrinsic reward; agents/lbs_dreamer/curiosity has a file for each."""
 
     lbs = "lbs"
     picture_count = "picture_count"
@@ -37,8 +37,8 @@ class Curiosity(Enum):
 class LBSDreamer:
     """The paper's hyperparameter table in its order, then what it leaves out.
 
-    The encoder's first stride and the decoder's last are one number, and divide their kernels: images
-    are kept as patches of that side.
+    The encoder's first stride and the decoder's last are equal, and divide their kernels: images are held as patches of
+    that side.
     """
 
     name: str
@@ -67,7 +67,7 @@ class LBSDreamer:
     weight_decay: float
     clip: float
     # Not in the table
-    action_repeat: int  # steps for which an action is held; the model sees the frames that are acted on
+    action_repeat: int  # steps for which an action is held; the model observes the frames that are acted on
     rssm_hidden: int
     encoder_channels: list[int]
     encoder_kernels: list[int]
@@ -80,7 +80,7 @@ class LBSDreamer:
     imagination_starts: int
     reward_momentum: float
     reward_centring: float
-    curiosity_burn_in: int  # 0 as mastering-urlb; leaving steps out is our choice
+    curiosity_burn_in: int  # 0 in mastering-urlb; leaving steps out is our choice
     precision: Precision
 
     def __post_init__(self) -> None:

@@ -1,4 +1,4 @@
-"""Rewards divided by a running mean of their size (StreamNorm of mastering-urlb)."""
+"""Normalisation of the intrinsic reward by a running mean of its size (StreamNorm of mastering-urlb)."""
 
 from __future__ import annotations
 
@@ -7,11 +7,11 @@ from torch import Tensor, nn
 
 
 class StreamNorm(nn.Module):
-    """(r - centring * mean) / (magnitude + 1e-8), both running means, the magnitude of |r|.
+    """Maps r to (r - centring * mean) / (magnitude + 1e-8): running means of r and of |r|.
 
     momentum: how much of the running means is kept at each update. centring 0 is the published form.
-    The magnitude starts at one, as published; the mean is that of what was seen, from the first update.
-    A signal without spread stays without: nothing is divided by a deviation.
+    The magnitude starts at one, as published; the mean has no initial value, but is corrected from the first update.
+    Nothing is divided by a deviation, so that a constant reward stays constant.
     """
 
     total: Tensor
@@ -26,13 +26,14 @@ class StreamNorm(nn.Module):
         self.reset()
 
     def reset(self) -> None:
+        """Start both running means anew."""
         self.total.zero_()
         self.weight.zero_()
         self.magnitude.fill_(1)
 
     @torch.no_grad()
     def forward(self, reward: Tensor) -> Tensor:
-        """Take the rewards (...) into the running means, then scale them."""
+        """Update the running means with rewards (...), and return these normalised."""
         keep = self.momentum
         self.total.mul_(keep).add_(reward.mean(), alpha=1 - keep)
         self.weight.mul_(keep).add_(1 - keep)

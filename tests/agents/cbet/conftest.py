@@ -1,4 +1,4 @@
-"""A C-BET small enough to be tried in a blink, in the small room, and episodes made by hand."""
+"""A C-BET small enough for quick tests, in the small room, and episodes of given actions."""
 
 from pathlib import Path
 
@@ -59,13 +59,13 @@ def agent(tiny, small_room):
     return lambda seed=0, name="cbet", **changes: CBET(tiny(name, **changes), seed, "cpu", small_room, "numpy")
 
 
-class Nobody:
+class NoProgress:
     def acted(self, step):
         """One more step."""
 
 
-class Home:
-    """The small room, and a replay that grows: lives episode after episode with an agent."""
+class Room:
+    """The small room, and a replay that grows: runs episode after episode with an agent."""
 
     def __init__(self, world, steps=10, first=0, seed=0):
         self.env, self.steps, self.replay = NavigationEnv(world), steps, Replay()
@@ -74,12 +74,12 @@ class Home:
     def episode(self, agent):
         if self.start is None:
             self.start = self.env.reset()
-        lived = run_episode(self.env, agent, *self.start, self.steps, Nobody())
+        episode = run_episode(self.env, agent, *self.start, self.steps, NoProgress())
         self.start = None
-        self.replay.add(lived)
-        return lived
+        self.replay.add(episode)
+        return episode
 
-    def live(self, agent, episodes):
+    def run(self, agent, episodes):
         """Episodes with learning after each; their metrics."""
         rows = []
         for _ in range(episodes):
@@ -89,13 +89,14 @@ class Home:
 
 
 @pytest.fixture
-def home(small_room):
-    return lambda **words: Home(small_room, **words)
+def room(small_room):
+    """room(steps=10, first=0, seed=0): the small room, with episodes of so many steps."""
+    return lambda **words: Room(small_room, **words)
 
 
 @pytest.fixture
 def walk(small_room):
-    """walk(actions, index=0, environment=0): a Life of these actions in the small room."""
+    """walk(actions, index=0, environment=0): the transitions of these actions in the small room."""
     def make(actions, index=0, environment=0):
         env = NavigationEnv(small_room)
         observation, info = env.reset(seed=0)

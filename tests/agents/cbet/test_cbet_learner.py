@@ -10,15 +10,15 @@ from curionav_cli.agents.cbet.learner import Learner, build_networks
 from curionav_cli.agents.cbet.rewards import REWARDS
 from curionav_cli.agents.cbet.rewards.reward import RewardContext
 from curionav_cli.agents.cbet.rms import RunningRMS
-from curionav_cli.agents.cbet.unrolls import Batch, together
+from curionav_cli.agents.cbet.unrolls import Batch, stack_unrolls
 
 
 @pytest.fixture
 def learner(small_room):
     def make(hyper, seed=0):
         networks = build_networks(hyper, torch.Generator().manual_seed(seed), torch.device("cpu"))
-        kit = RewardContext(hyper, small_room, "numpy", 0, 5)
-        return Learner(hyper, networks, REWARDS[hyper.reward.value](kit, networks.reward))
+        context = RewardContext(hyper, small_room, "numpy", 0, 5)
+        return Learner(hyper, networks, REWARDS[hyper.reward.value](context, networks.reward))
     return make
 
 
@@ -33,12 +33,12 @@ def batch():
 
 
 @pytest.mark.parametrize("shifted", [False, True])
-def test_the_first_pass_is_on_policy(agent, home, shifted):
-    """Two episodes of two unrolls. It also says that frames, actions and memories belong together."""
-    made, place = agent(view="ego", batch_size=4), home()
+def test_the_first_pass_is_on_policy(agent, room, shifted):
+    """Two episodes of two unrolls. It also says that frames, actions and memories belong stack_unrolls."""
+    made, place = agent(view="ego", batch_size=4), room()
     with torch.no_grad():
         made.learner.networks.policy.policy.weight.mul_(20)
-    place.live(made, 1)
+    place.run(made, 1)
     image = place.episode(made).image
     if shifted:
         image[:-1] = image[1:].copy()
@@ -170,28 +170,28 @@ def test_each_network_has_an_optimiser_and_learns(tiny, learner, batch, name, le
 
 
 def test_rewards_with_counts_and_without(tiny, small_room, walk):
-    lived = {name: REWARDS[name](RewardContext(tiny(reward=name), small_room, "numpy", 0, 5), nn.ModuleDict())
+    rewards = {name: REWARDS[name](RewardContext(tiny(reward=name), small_room, "numpy", 0, 5), nn.ModuleDict())
              for name in ("count", "ride", "motion", "count_oracle", "rnd")}
-    life = walk([0, 1, 2, 1, 2])
-    bonus = {name: reward.episode_bonus(life)[0] for name, reward in lived.items()}
+    transitions = walk([0, 1, 2, 1, 2])
+    bonus = {name: reward.episode_bonus(transitions)[0] for name, reward in rewards.items()}
     root, third = 2**-0.5, 3**-0.5
     assert bonus["count"] == pytest.approx([1, 1, root, root, 1]) == bonus["ride"]
     assert bonus["motion"].tolist() == [0.5, 0, 0, 0, 0] and bonus["rnd"].tolist() == [1] * 5
     assert bonus["count_oracle"] == pytest.approx([1, root, third, 0.5, 5**-0.5])
-    assert lived["count"].episode_bonus(life)[0] == pytest.approx([third, third, 0.5, 0.5, root])
-    assert lived["ride"].episode_bonus(life)[0] == pytest.approx(bonus["ride"])  # forgotten with the episode
+    assert rewards["count"].episode_bonus(transitions)[0] == pytest.approx([third, third, 0.5, 0.5, root])
+    assert rewards["ride"].episode_bonus(transitions)[0] == pytest.approx(bonus["ride"])  # forgotten with the episode
     other = walk([0, 1, 2, 1, 2], environment=1)
-    assert lived["count"].episode_bonus(other)[0] == pytest.approx(bonus["count"])
+    assert rewards["count"].episode_bonus(other)[0] == pytest.approx(bonus["count"])
 
 
-def test_unrolls_side_by_side_are_time_first(agent, home):
-    made, place = agent(view="ego", batch_size=99), home(steps=20)
-    place.live(made, 2)
-    batch, lived = together(made.waiting, torch.device("cpu")), place.replay.episode(1)
+def test_unrolls_side_by_side_are_time_first(agent, room):
+    made, place = agent(view="ego", batch_size=99), room(steps=20)
+    place.run(made, 2)
+    batch, episode = stack_unrolls(made.waiting, torch.device("cpu")), place.replay.episode(1)
     assert batch.image.shape == (6, 8, 64, 64, 3) and batch.hidden.shape == (2, 8, 6)
     assert batch.respawned.tolist() == [False, False, False, True] * 2
-    assert (batch.image[:, 5].numpy() == lived.image[5:11]).all()
-    assert (batch.image[:5, 7].numpy() == lived.image[15:20]).all()
-    assert (batch.image[5, 7].numpy() == lived.image[0]).all()
-    assert batch.action[:, 4].tolist() == lived.action[:5].tolist()
+    assert (batch.image[:, 5].numpy() == episode.image[5:11]).all()
+    assert (batch.image[:5, 7].numpy() == episode.image[15:20]).all()
+    assert (batch.image[5, 7].numpy() == episode.image[0]).all()
+    assert batch.action[:, 4].tolist() == episode.action[:5].tolist()
     assert not batch.hidden[:, 4].any() and batch.hidden[:, 5].any()

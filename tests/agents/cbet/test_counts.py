@@ -79,13 +79,13 @@ def test_forgetting_never_always_and_with_the_episode(met, reward):
 
 def test_gaps_between_resets_are_geometric_and_the_two_tables_apart(reward):
     made = reward(reset_prob=0.001)
-    drawn = np.concatenate([made.forgotten(100_000, 0) for _ in range(20)])
+    drawn = np.concatenate([made.cleared(100_000, 0) for _ in range(20)])
     for table in drawn.T:
         gaps = np.diff(np.flatnonzero(table))
         assert abs(gaps.mean() - 1000) < 4 * 1000 / len(gaps) ** 0.5
         assert abs(gaps.std() / gaps.mean() - 1) < 0.1
     assert drawn.all(axis=1).sum() < 12  # by chance 2
-    assert (made.forgotten(5000, 0) != made.forgotten(5000, 1)).any()
+    assert (made.cleared(5000, 0) != made.cleared(5000, 1)).any()
 
 
 @pytest.mark.parametrize("counted", [True, False])
@@ -98,24 +98,24 @@ def test_the_respawn_counts_or_does_not(met, reward, counted):
 
 def test_in_the_room_a_turn_is_soon_worth_little_and_a_move_half_a_point(tiny, small_room, walk):
     made = CBET(RewardContext(tiny(reset="never"), small_room, "numpy", 0, 5), nn.ModuleDict())
-    life = walk([1, 2] * 20 + [0, 0, 0])
-    bonus, watch = made.episode_bonus(life)
+    transitions = walk([1, 2] * 20 + [0, 0, 0])
+    bonus, watch = made.episode_bonus(transitions)
     assert bonus[40:42].tolist() == [0.5, 0.5] and bonus[38] < 0.05
     assert watch["unique_changes"] == 4 / 43 and watch["unique_of_new_poses"] == 1.0
     assert watch["count_of_change"] == pytest.approx((np.arange(1, 41).sum() + 3) / 43)
 
 
-def test_the_alarm_rings_once_when_it_knows_enough():
-    alarm = RewardMonitor(0.5)
-    alarm.look(1999, 1999, np.full(1999, 0.5))
+def test_the_monitor_warns_once_after_enough_steps():
+    monitor = RewardMonitor(0.5)
+    monitor.update(1999, 1999, np.full(1999, 0.5))
     with (pytest.warns(UserWarning, match=r"degenerate: 100\.0% of the poses .* agent.key=grey_16"),
           pytest.warns(UserWarning, match=r"ceiling: 0\.500 of 0\.5")):
-        alarm.look(1, 1, np.full(1, 0.5))
-    alarm.look(1, 1, np.full(1, 0.5))
+        monitor.update(1, 1, np.full(1, 0.5))
+    monitor.update(1, 1, np.full(1, 0.5))
     quiet = RewardMonitor(0.5)
-    quiet.look(3000, 2800, np.full(3000, 0.47))
-    assert not quiet.rung
+    quiet.update(3000, 2800, np.full(3000, 0.47))
+    assert not quiet.warned
     restored = RewardMonitor(0.5)
-    restored.load_state(json.loads(json.dumps(alarm.state())))
-    restored.look(5000, 5000, np.full(5000, 0.5))
-    assert restored.state() != alarm.state() and restored.rung == alarm.rung, "not once more after a resume"
+    restored.load_state(json.loads(json.dumps(monitor.state())))
+    restored.update(5000, 5000, np.full(5000, 0.5))
+    assert restored.state() != monitor.state() and restored.warned == monitor.warned, "not once more after a resume"

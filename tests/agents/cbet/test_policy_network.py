@@ -48,15 +48,15 @@ def test_an_unroll_is_acting_step_by_step(network, image, respawned):
     memory = Memory(*(0.5 * torch.randn(2, B, 6, generator=torch.Generator().manual_seed(2)) for _ in range(2)))
     logits, value = network.unroll(image, memory, torch.tensor(respawned))
     for step in range(T):
-        output, memory = network._cells(network._see(image[step]), memory)
+        output, memory = network._cells(network._encode(image[step]), memory)
         torch.testing.assert_close(logits[step], network.policy(output))
         torch.testing.assert_close(value[step], network.value(output).squeeze(-1))
     memory = Memory(*(part * ~torch.tensor(respawned)[None, :, None] for part in memory))
-    output, _ = network._cells(network._see(image[T]), memory)
+    output, _ = network._cells(network._encode(image[T]), memory)
     torch.testing.assert_close(value[T], network.value(output).squeeze(-1))
 
 
-def test_it_sees_colours_and_remembers(network, image):
+def test_colours_and_memory_change_the_policy(network, image):
     zero = network.initial(B)
     logits, memory = network.step(image[0], zero)
     assert (logits != network.step(image[0].flip(-1), zero)[0]).any()

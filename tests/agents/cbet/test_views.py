@@ -15,32 +15,32 @@ def pano(small_room):
     return Panorama(small_room, "numpy", 0)
 
 
-def test_a_panorama_is_four_pictures_by_the_compass(pano, small_room, walk):
-    life = walk([FORWARD, LEFT, LEFT, LEFT, FORWARD, RIGHT])
-    pictures, which = pano(life)
+def test_a_panorama_is_four_images_by_the_compass(pano, small_room, walk):
+    transitions = walk([FORWARD, LEFT, LEFT, LEFT, FORWARD, RIGHT])
+    images, which = pano(transitions)
     fresh = Renderer(small_room)
-    for (x, y, _), number in zip(life.episode.pose, which, strict=True):
+    for (x, y, _), number in zip(transitions.episode.pose, which, strict=True):
         for view, heading in enumerate((0, 9, 18, 27)):
-            assert (pictures[number, view] == fresh.render(x, y, heading)[0][0]).all()
+            assert (images[number, view] == fresh.render(x, y, heading)[0][0]).all()
 
 
 def test_turning_and_bumping_change_no_panorama(pano, walk):
-    life = walk([LEFT, RIGHT, RIGHT, FORWARD] + [LEFT] * 18 + [FORWARD] * 5)
-    pictures, which = pano(life)
-    assert life.kind.tolist()[:4] == [TURNED, TURNED, TURNED, MOVED] and life.kind[-1] == BLOCKED
+    transitions = walk([LEFT, RIGHT, RIGHT, FORWARD] + [LEFT] * 18 + [FORWARD] * 5)
+    images, which = pano(transitions)
+    assert transitions.kind.tolist()[:4] == [TURNED, TURNED, TURNED, MOVED] and transitions.kind[-1] == BLOCKED
     same = which[:-1] == which[1:]
-    assert (same == (life.kind != MOVED)).all()
-    moved = np.flatnonzero(life.kind == MOVED)
-    assert len(moved) and all((pictures[which[t]] != pictures[which[t + 1]]).any() for t in moved)
-    assert len(pictures) == len(np.unique(life.episode.pose[:, :2], axis=0))
+    assert (same == (transitions.kind != MOVED)).all()
+    moved = np.flatnonzero(transitions.kind == MOVED)
+    assert len(moved) and all((images[which[t]] != images[which[t + 1]]).any() for t in moved)
+    assert len(images) == len(np.unique(transitions.episode.pose[:, :2], axis=0))
 
 
-def test_turning_changes_the_own_picture_and_bumping_does_not(walk):
-    life = walk([LEFT, FORWARD] + [LEFT] * 17 + [FORWARD] * 5)
-    pictures, which = Ego()(life)
-    changed = (pictures[which[1:]] != pictures[which[:-1]]).any(axis=(1, 2, 3, 4))
-    assert (changed == (life.kind != BLOCKED)).all() and (life.kind == BLOCKED).any()
-    assert (pictures[which][:, 0] == life.episode.image).all()
+def test_turning_changes_the_own_image_and_bumping_does_not(walk):
+    transitions = walk([LEFT, FORWARD] + [LEFT] * 17 + [FORWARD] * 5)
+    images, which = Ego()(transitions)
+    changed = (images[which[1:]] != images[which[:-1]]).any(axis=(1, 2, 3, 4))
+    assert (changed == (transitions.kind != BLOCKED)).all() and (transitions.kind == BLOCKED).any()
+    assert (images[which][:, 0] == transitions.episode.image).all()
 
 
 def test_the_last_step_leads_back_to_the_start(walk):

@@ -1,4 +1,4 @@
-"""A learner small enough to be tried in a blink, and episodes whose pixels tell where they are from."""
+"""A learner small enough for quick tests, and episodes whose pixels depend on the actions."""
 
 from pathlib import Path
 

@@ -1,4 +1,4 @@
-"""What a CUDA graph does, on a CPU: kernels are noted down as they run, and run again on the same memory.
+"""What a CUDA graph does, on a CPU: kernels are recorded as they run, and run again on the same memory.
 
 Python runs once. A question to the device, or a shape that depends on data, is an error as it is there.
 """
@@ -43,7 +43,7 @@ def memory(found):
 
 
 def tape(function, state):
-    """In the place of graphs.cuda_graph."""
+    """Stands in for cuda_graphs.cuda_graph."""
     before = [tensor.clone() for tensor in state]
     function()
     with Tape() as recorded:

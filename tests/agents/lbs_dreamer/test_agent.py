@@ -1,46 +1,15 @@
-"""The agent as the loop sees it: acting, learning, saving; the same seed gives the same bytes."""
+"""The agent by its contract: acting, learning, exporting weights; the same seed gives the same bytes."""
 
-import hashlib
-import json
 import pickle
-import subprocess
-import sys
 from dataclasses import replace
 
 import numpy as np
 import pytest
 import torch
+from traces import fingerprint, ignore, walk
 
-from curionav_cli.agents.lbs_dreamer import compile as device_module
-from curionav_cli.agents.lbs_dreamer import settings as lbs_settings
-from curionav_cli.agents.lbs_dreamer.agent import LBSDreamer
-from curionav_cli.agents.lbs_dreamer.compile import recorder, way
-from curionav_cli.agents.lbs_dreamer.kernels.cuda_graphs import as_it_is, cuda_graph
 from curionav_cli.agents.lbs_dreamer.world_model import Sequences
-from curionav_cli.errors import ConfigError, RunFailed, RunFolderError, WeightsRefused
-
-
-def ignore(done):
-    pass
-
-
-def fingerprint(agent):
-    """Everything that is saved, as one hash."""
-    digest = hashlib.sha256()
-    for name, tensor in sorted(agent.learner.networks.state_dict().items()):
-        digest.update(name.encode() + tensor.numpy().tobytes())
-    for name, optimiser in agent.learner.optimisers.items():
-        for path, tensor in sorted(optimiser.state().items()):
-            digest.update(f"{name}/{path}".encode() + tensor.numpy().tobytes())
-    digest.update(agent.learner.generator.get_state().numpy().tobytes())
-    digest.update(json.dumps(agent.rng.bit_generator.state).encode())
-    digest.update(f"{agent.learner.updates} {agent.learner.behaviour_updates}".encode())
-    return digest.hexdigest()
-
-
-def walk(agent, episode):
-    agent.begin()
-    return [agent.act({"image": image}, {"episode_index": 0}) for image in episode.image]
+from curionav_cli.errors import ConfigError, RunFailed, WeightsRefused
 
 
 def test_it_acts_and_learns(agent, replay):
@@ -130,9 +99,9 @@ def test_shared_weights_make_another_agent_act_alike(agent, replay):
 def spoilt(agent, harm):
     """What a robot should not act with."""
     if harm == "nan":
-        next(iter(agent.acting().values())).view(-1)[-1] = torch.nan
+        next(iter(agent.acting_weights().values())).view(-1)[-1] = torch.nan
     if harm == "huge":
-        for tensor in agent.acting().values():
+        for tensor in agent.acting_weights().values():
             tensor.fill_(3e38)
     raw = agent.export_weights()
     return {"torn": raw[:-9], "empty": b"", "pickle": pickle.dumps({"a": 1})}.get(harm, raw)
@@ -149,91 +118,6 @@ def test_weights_that_cannot_act_are_refused_and_change_nothing(agent, harm, sai
     with pytest.raises(WeightsRefused, match=said):
         robot.import_weights(spoilt(agent(gru_units=24) if harm == "foreign" else agent(), harm))
     assert fingerprint(robot) == before
-
-
-def test_a_resumed_agent_is_the_same_to_the_bit(agent, replay, tmp_path):
-    straight, store = agent(), replay()
-    straight.learn(store, 3, ignore)
-    straight.save(tmp_path)
-    resumed = agent()
-    resumed.learn(store, 1, ignore)
-    resumed.load(tmp_path)
-    assert fingerprint(resumed) == fingerprint(straight)
-    for made in (straight, resumed):
-        walk(made, store.episode(0))
-        made.learn(store, 3, ignore)
-    assert fingerprint(resumed) == fingerprint(straight)
-    assert walk(resumed, store.episode(1)) == walk(straight, store.episode(1))
-
-
-FRESH = """
-from curionav_cli.agents.lbs_dreamer import settings as lbs_settings
-import sys
-from pathlib import Path
-import torch
-from curionav_cli.agents.lbs_dreamer.agent import LBSDreamer
-
-from curionav_cli.records import FloorPlan
-from curionav_cli.storage.replay import Replay
-import json
-torch.set_num_threads(1)
-for folder in map(Path, sys.argv[1:]):
-    numbers = json.loads((folder / "hyper.json").read_text())
-    hyper = lbs_settings.LBSDreamer(**{**numbers, "precision": lbs_settings.Precision(numbers["precision"]),
-                                       "curiosity": lbs_settings.Curiosity(numbers["curiosity"])})
-    agent = LBSDreamer(hyper, 5, "cpu", FloorPlan.load(folder / "plan"))
-    agent.load(folder / "half")
-    agent.learn(Replay.open(sorted(folder.glob("*.npz"))), 3, lambda done: None)
-    (folder / "end").mkdir()
-    agent.save(folder / "end")
-"""
-
-
-def test_a_fresh_process_goes_on_to_the_same_bytes(tiny, replay, a_plan, tmp_path):
-    """With every curiosity; one process for all of them, since most of its time goes into its imports."""
-    folders = [tmp_path / choice.value for choice in lbs_settings.Curiosity]
-    for folder in folders:
-        begin(tiny(curiosity=folder.name), replay(), a_plan(), folder)
-    subprocess.run([sys.executable, "-c", FRESH, *map(str, folders)], check=True)
-    for folder in folders:
-        files = sorted(path.name for path in (folder / "straight").iterdir())
-        assert files == ["rng.json", "training.json", "training.safetensors", "weights.safetensors"]
-        for name in files:
-            same = (folder / "end" / name).read_bytes() == (folder / "straight" / name).read_bytes()
-            assert same, (folder.name, name)
-
-
-def begin(settings, store, plan, folder):
-    """Settings, plan, episodes, and the agent after three updates and after six."""
-    for name in ("half", "straight"):
-        (folder / name).mkdir(parents=True)
-    numbers = {**vars(settings), "precision": settings.precision.value, "curiosity": settings.curiosity.value}
-    (folder / "hyper.json").write_text(json.dumps(numbers))
-    plan.save(folder / "plan")
-    for index, episode in enumerate(map(store.episode, range(len(store)))):
-        episode.save(folder / f"{index}.npz")
-    made = LBSDreamer(settings, 0, "cpu", plan)
-    made.learn(store, 3, ignore)
-    made.save(folder / "half")
-    made.learn(store, 3, ignore)
-    made.save(folder / "straight")
-
-
-def test_weights_of_another_size_are_refused(agent, tmp_path):
-    agent().save(tmp_path)
-    with pytest.raises(RunFolderError, match=r"does not fit this agent: .* is \(\d+.* there and \("):
-        agent(gru_units=24).load(tmp_path)
-
-
-def test_broken_and_missing_files_are_refused(agent, tmp_path):
-    made = agent()
-    made.save(tmp_path)
-    (tmp_path / "training.json").write_text("{")
-    with pytest.raises(RunFolderError, match="cannot be read"):
-        made.load(tmp_path)
-    (tmp_path / "weights.safetensors").write_bytes(b"cut off")
-    with pytest.raises(RunFolderError, match=r"weights\.safetensors cannot be read"):
-        made.load(tmp_path)
 
 
 def test_episodes_that_are_too_short_are_named_with_the_cure(agent, replay):
@@ -259,20 +143,6 @@ def test_a_wild_input_stays_finite(agent):
     white = torch.full((8, 3, 64, 64, 3), 255, dtype=torch.uint8)
     data = Sequences(white, torch.zeros(8, 3, dtype=torch.int64), torch.zeros(3, dtype=torch.bool))
     assert all(torch.isfinite(value).all() for value in made.learner.update(data).values())
-
-
-def test_what_compile_means(monkeypatch):
-    cpu, cuda = torch.device("cpu"), torch.device("cuda")
-    assert way("auto", cpu) == way("none", cpu) == way("none", cuda) == "none"
-    for possible, chosen in ((True, "fused"), (False, "graph")):
-        monkeypatch.setattr(device_module, "can_fuse", lambda device, possible=possible: possible)
-        assert way("auto", cuda) == chosen
-    for compile in ("graph", "fused"):
-        assert way(compile, cuda) == compile
-        assert recorder(compile, cuda).args == (cuda_graph, cuda)
-        with pytest.raises(ConfigError, match=f"compile={compile} needs a CUDA device"):
-            way(compile, cpu)
-    assert recorder("none", cuda) is as_it_is
 
 
 def test_bfloat16_is_what_the_setting_says_and_close_to_float32(agent, replay):

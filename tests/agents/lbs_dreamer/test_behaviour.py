@@ -33,18 +33,18 @@ class OneState:
 
 
 @pytest.fixture
-def lives(behaviour):
-    """lives(count, horizon=1) in OneState."""
+def rollouts(behaviour):
+    """rollouts(count, horizon=1) in OneState."""
     def make(count, horizon=1, seed=0):
         noise = torch.rand(horizon, count, 2, generator=torch.Generator().manual_seed(seed))
         return behaviour.imagine(OneState(), State(torch.ones(count, 2), torch.ones(count, 2)), noise)
     return make
 
 
-def test_reinforce_is_the_gradient_of_the_expected_return(behaviour, lives):
+def test_reinforce_is_the_gradient_of_the_expected_return(behaviour, rollouts):
     """Three arms that pay 1, 2 and 4: the estimate against autograd of sum pi(a) r(a)."""
     pay = torch.tensor([1.0, 2.0, 4.0])
-    imagined = lives(200_000)
+    imagined = rollouts(200_000)
     features, action, *_ = imagined
     loss, _ = behaviour.actor_loss(imagined, pay[action] - 2.0, 0.99, 0.0)
     weights = tuple(behaviour.actor.parameters())
@@ -54,15 +54,15 @@ def test_reinforce_is_the_gradient_of_the_expected_return(behaviour, lives):
         torch.testing.assert_close(ours, truth, atol=0.01, rtol=0.03)
 
 
-def test_what_the_actor_made_in_imagination_is_what_it_makes_of_the_states(behaviour, lives):
-    imagined = lives(5, horizon=3)
-    assert len(imagined.actor) == 2
-    for known, truth in zip(imagined.actor, behaviour.actor.activations(imagined.features[:3]), strict=True):
+def test_what_the_actor_made_in_imagination_is_what_it_makes_of_the_states(behaviour, rollouts):
+    imagined = rollouts(5, horizon=3)
+    assert len(imagined.actor_layers) == 2
+    for known, truth in zip(imagined.actor_layers, behaviour.actor.activations(imagined.features[:3]), strict=True):
         torch.testing.assert_close(known, truth)
 
 
-def test_entropy_bonus_and_its_scale(behaviour, lives):
-    imagined = lives(5)
+def test_entropy_bonus_and_its_scale(behaviour, rollouts):
+    imagined = rollouts(5)
     nothing = torch.zeros(1, 5)
     loss, entropy = behaviour.actor_loss(imagined, nothing, 0.99, 0.5)
     probs = behaviour.actor(imagined.features[0, 0]).softmax(-1)
@@ -70,8 +70,8 @@ def test_entropy_bonus_and_its_scale(behaviour, lives):
     torch.testing.assert_close(loss, -0.5 * entropy)
 
 
-def test_steps_count_less_the_later_they_come(behaviour, lives):
-    imagined = lives(4, horizon=3)
+def test_steps_count_less_the_later_they_come(behaviour, rollouts):
+    imagined = rollouts(4, horizon=3)
     advantage = torch.tensor([[0.0], [0.0], [1.0]]).expand(3, 4)
     late, _ = behaviour.actor_loss(imagined, advantage, 0.5, 0.0)
     log_policy = behaviour.actor(imagined.features[2]).log_softmax(-1).gather(-1, imagined.action[2][:, None])
@@ -86,11 +86,11 @@ def test_reward_on_arrival_belongs_to_the_action_before():
     assert advantage.flatten().tolist() == [0.5, 1.0, 0.0]
 
 
-def test_the_actor_finds_the_arm_that_pays_and_without_pay_stays_open(behaviour, lives):
+def test_the_actor_finds_the_arm_that_pays_and_without_pay_stays_open(behaviour, rollouts):
     for pays, settled in ((0.0, math.log(3)), (1.0, 0.0)):
         optimiser = Optimiser(behaviour.actor, 0.01, 1e-5, 1e-6, 100)
         for seed in range(150):
-            imagined = lives(32, horizon=2, seed=seed)
+            imagined = rollouts(32, horizon=2, seed=seed)
             advantage = pays * (imagined.action == 0).float() - pays / 3
             loss, entropy = behaviour.actor_loss(imagined, advantage, 0.99, 1e-2)
             optimiser.step(loss)
@@ -98,8 +98,8 @@ def test_the_actor_finds_the_arm_that_pays_and_without_pay_stays_open(behaviour,
     assert (imagined.action == 0).float().mean() > 0.9
 
 
-def test_the_critic_learns_the_target(behaviour, lives):
-    imagined = lives(8, horizon=3)
+def test_the_critic_learns_the_target(behaviour, rollouts):
+    imagined = rollouts(8, horizon=3)
     target = torch.full((3, 8), 2.0)
     optimiser = Optimiser(behaviour.critic, 0.02, 1e-5, 1e-6, 100)
     losses = []

@@ -1,4 +1,4 @@
-"""What each curiosity learns from a batch and pays in imagination, against plain computations."""
+"""What each curiosity learns from a batch, and its intrinsic reward in imagination, against plain computations."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -12,9 +12,9 @@ from torch.distributions import Independent, OneHotCategorical, kl_divergence
 from curionav_cli.agents.lbs_dreamer.behaviour import Imagined
 from curionav_cli.agents.lbs_dreamer.curiosity import choose
 from curionav_cli.agents.lbs_dreamer.curiosity.choose import kind
-from curionav_cli.agents.lbs_dreamer.curiosity.count import Visits
+from curionav_cli.agents.lbs_dreamer.curiosity.count import CellCounts
 from curionav_cli.agents.lbs_dreamer.curiosity.curiosity import correlation, settled
-from curionav_cli.agents.lbs_dreamer.curiosity.picture_count import Pictures
+from curionav_cli.agents.lbs_dreamer.curiosity.picture_count import KeyCounts
 from curionav_cli.agents.lbs_dreamer.networks import initialise
 from curionav_cli.agents.lbs_dreamer.optimiser import Optimiser
 from curionav_cli.agents.lbs_dreamer.rssm import Observed, State
@@ -84,7 +84,7 @@ def test_the_first_steps_of_a_cut_out_sequence_are_not_settled():
 @pytest.mark.parametrize("name", Curiosity.__members__)
 def test_reward_is_one_number_for_each_imagined_state_and_never_below_zero(made, imagined, name):
     wild = imagined._replace(features=10 * imagined.features)
-    reward = made(name).reward(wild)
+    reward = made(name).intrinsic_reward(wild)
     assert reward.shape == (4, 7) and reward.dtype == torch.float32
     assert (reward >= 0).all() and bool(reward.any()) is (name != "none")
 
@@ -120,7 +120,7 @@ def test_a_target_of_two_values_is_met_at_its_conditional_mean(made):
         posterior[..., 0] = (sure * 50.0)[..., None]
         seen = Observed(features, posterior, torch.zeros_like(posterior))
         optimiser.step(lbs.loss(seen, data, torch.zeros(1, 64))[0])
-    reward = lbs.reward(Imagined(features.features, torch.zeros(0, 64)))[0].detach()
+    reward = lbs.intrinsic_reward(Imagined(features.features, torch.zeros(0, 64)))[0].detach()
     assert reward[kind == 0].mean() == pytest.approx(0.0, abs=0.08)
     assert reward[kind == 1].mean() == pytest.approx(torch.tensor(4.0).log().item() / 2, abs=0.15)
 
@@ -145,7 +145,7 @@ def test_every_settled_step_is_equally_likely_to_lend_its_target(made, seen, dat
 
 def test_count_learns_one_over_the_root_of_the_visits(made, seen, data, noise):
     target = made("count").target(seen, data, noise)
-    torch.testing.assert_close(target, 1 / data.noted.clamp(min=1).sqrt())
+    torch.testing.assert_close(target, 1 / data.counts.clamp(min=1).sqrt())
 
 
 def test_pictures_are_counted_by_their_keys_over_all_episodes(an_episode):
@@ -154,27 +154,27 @@ def test_pictures_are_counted_by_their_keys_over_all_episodes(an_episode):
         image[:, ::2, :32] = 255  # keys tell shapes; shades turn them over
         image[np.array(shades) == 1] = 255 - image[np.array(shades) == 1]
         return replace(an_episode(len(shades) - 1), image=image)
-    replay, pictures = Replay([seen(0, 1, 0, 0)]), Pictures()
-    pictures.take_in(replay)
+    replay, pictures = Replay([seen(0, 1, 0, 0)]), KeyCounts()
+    pictures.update(replay)
     replay.add(seen(1, 0))
-    pictures.take_in(replay)
-    pictures.take_in(replay)
-    noted = pictures.of(np.array([0, 1]), np.array([1, 0]), np.empty((2, 2, 3)))
-    assert noted.dtype == np.float32
-    assert noted.tolist() == [[2, 4], [2, 4]]
+    pictures.update(replay)
+    pictures.update(replay)
+    counts = pictures.of_windows(np.array([0, 1]), np.array([1, 0]), np.empty((2, 2, 3)))
+    assert counts.dtype == np.float32
+    assert counts.tolist() == [[2, 4], [2, 4]]
 
 
 def test_visits_are_landings_on_cells_over_all_episodes(an_episode, a_plan):
     def walk(*places):
         pose = np.array([(x, y, 0.0) for x, y in places])
         return replace(an_episode(len(places) - 1), pose=pose)
-    replay, visits = Replay([walk((0.1, 0.1), (0.6, 0.1), (0.1, 0.2))]), Visits(a_plan(4, 4, cell=0.5))
-    visits.take_in(replay)
+    replay, visits = Replay([walk((0.1, 0.1), (0.6, 0.1), (0.1, 0.2))]), CellCounts(a_plan(4, 4, cell=0.5))
+    visits.update(replay)
     replay.add(walk((0.1, 0.1), (1.9, 1.9)))
-    visits.take_in(replay)
-    visits.take_in(replay)
+    visits.update(replay)
+    visits.update(replay)
     pose = np.array([[[0.2, 0.2, 0.0], [0.7, 0.3, 1.0]], [[1.6, 1.6, 2.0], [1.1, 0.1, 3.0]]])
-    assert visits.of(None, None, pose).tolist() == [[3, 1], [1, 0]]
+    assert visits.of_windows(None, None, pose).tolist() == [[3, 1], [1, 0]]
 
 
 def test_rnd_forgets_its_surprise_where_it_has_learned(made, seen, data, noise):
@@ -182,23 +182,24 @@ def test_rnd_forgets_its_surprise_where_it_has_learned(made, seen, data, noise):
     frozen = [parameter.clone() for parameter in rnd.frozen.parameters()]
     optimiser = Optimiser(rnd, 0.01, 1e-5, 0.0, 100)
     elsewhere = Imagined(seen.states.features + 3, data.action)
-    before, away = rnd.reward(Imagined(seen.states.features, data.action)).mean(), rnd.reward(elsewhere).mean()
+    here = Imagined(seen.states.features, data.action)
+    before, away = rnd.intrinsic_reward(here).mean(), rnd.intrinsic_reward(elsewhere).mean()
     for _ in range(200):
         optimiser.step(rnd.loss(seen, data, noise)[0])
-    assert rnd.reward(Imagined(seen.states.features, data.action)).mean() < before / 20
-    assert rnd.reward(elsewhere).mean() > away / 5
+    assert rnd.intrinsic_reward(here).mean() < before / 20
+    assert rnd.intrinsic_reward(elsewhere).mean() > away / 5
     for parameter, was in zip(rnd.frozen.parameters(), frozen, strict=True):
         assert torch.equal(parameter, was)
 
 
-def test_disagreement_is_the_variance_of_what_the_members_foresee(made, imagined):
+def test_disagreement_is_the_variance_of_what_the_members_predict(made, imagined):
     ensemble = made("disagreement")
-    reward = ensemble.reward(imagined)
+    reward = ensemble.intrinsic_reward(imagined)
     assert not reward[0].any()  # no action led to the first
     one_hot = torch.nn.functional.one_hot(imagined.action[1, 2], ACTIONS).float()
     x = torch.cat([imagined.features[1, 2], one_hot])
-    foreseen = np.stack([member(x).detach().numpy() for member in ensemble.members])
-    assert reward[2, 2].item() == pytest.approx(foreseen.var(0, ddof=1).mean(), rel=1e-5)
+    predicted = np.stack([member(x).detach().numpy() for member in ensemble.members])
+    assert reward[2, 2].item() == pytest.approx(predicted.var(0, ddof=1).mean(), rel=1e-5)
 
 
 def test_members_learn_to_agree_on_what_follows(made, seen, data, noise):

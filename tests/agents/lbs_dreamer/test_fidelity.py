@@ -15,9 +15,9 @@ from torch import nn
 from curionav_cli.agents.lbs_dreamer.behaviour import Behaviour, Imagined, targets_and_advantage
 from curionav_cli.agents.lbs_dreamer.curiosity.lbs import LBS
 from curionav_cli.agents.lbs_dreamer.kernels import latent
-from curionav_cli.agents.lbs_dreamer.kernels.convolution import pixels
+from curionav_cli.agents.lbs_dreamer.kernels.patches import pixels, to_patches
 from curionav_cli.agents.lbs_dreamer.learner import Learner
-from curionav_cli.agents.lbs_dreamer.networks import Decoder, Encoder, to_patches
+from curionav_cli.agents.lbs_dreamer.networks import Decoder, Encoder
 from curionav_cli.agents.lbs_dreamer.optimiser import Optimiser
 from curionav_cli.agents.lbs_dreamer.returns import lambda_return
 from curionav_cli.agents.lbs_dreamer.rssm import RSSM, Observed, State, gru

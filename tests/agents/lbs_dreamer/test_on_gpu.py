@@ -1,4 +1,4 @@
-"""What only a GPU can show; everything that a CPU can stands in test_graphs.py and test_device_replay.py."""
+"""What only a GPU can show; a CPU shows all else in kernels/test_cuda_graphs.py and test_device_replay.py."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""Predictions of a life not yet learned from: what is stored is what was asked, and nothing else changes."""
+"""Predictions of an episode not yet learned from: what is stored is what was asked, and nothing else changes."""
 
 import hashlib
 from dataclasses import replace
@@ -8,7 +8,7 @@ import pytest
 import torch
 
 from curionav_cli.agents.lbs_dreamer import open_loop
-from curionav_cli.agents.lbs_dreamer.open_loop import CONTEXT, HORIZON, MEASURED, SHOWN, liveliest
+from curionav_cli.agents.lbs_dreamer.open_loop import CONTEXT, HORIZON, MEASURED, SHOWN, most_changing
 from curionav_cli.records import Prediction
 
 
@@ -68,12 +68,12 @@ def test_pictures_are_taken_where_most_happens_in_every_part_of_the_episode():
     image = np.zeros((121, 64, 64, 3), np.uint8)
     image[90:96] = np.arange(6, dtype=np.uint8)[:, None, None, None] * 40
     last = 121 - CONTEXT - HORIZON
-    start = liveliest(image, last, HORIZON)
+    start = most_changing(image, last, HORIZON)
     assert (start // 16 == np.arange(6)).all() and start[0] == 0  # nothing happens there: the first
     assert start[4] + CONTEXT <= 91 and start[4] + CONTEXT + HORIZON > 95
 
 
-def test_the_agent_is_left_as_it_was_and_the_same_is_foreseen_again(agent, replay, long, tmp_path):
+def test_the_agent_is_left_as_it_was_and_predicts_the_same_again(agent, replay, long, tmp_path):
     plain, made = agent(), agent()
     first = [made.predict(index, long) for index in (0, 1, 0)]
     for one in (plain, made):
@@ -93,14 +93,14 @@ def test_the_agent_is_left_as_it_was_and_the_same_is_foreseen_again(agent, repla
                 np.testing.assert_array_equal(array, getattr(loaded, name))
 
 
-def test_a_short_episode_is_foreseen_as_far_as_it_goes(agent, replay):
+def test_a_short_episode_is_predicted_as_far_as_it_goes(agent, replay):
     short = agent().predict(0, replay(1, 12).episode(0))
     assert short.step.tolist() == [0, 1, 3, 5, 8] and short.error.shape == (MEASURED, 8)
     assert short.metrics().keys() == {f"{name}_mse_{n}" for name in ("open_loop", "repeat") for n in (1, 5)}
     assert agent().predict(0, replay(1, CONTEXT - 1).episode(0)) is None
 
 
-def test_every_frame_surprises_in_some_window_and_only_by_what_came_before(agent, long):
+def test_every_frame_has_a_surprise_that_depends_on_what_came_before_alone(agent, long):
     made = agent()
     found = made.predict(0, long).surprise
     length = made.hyper.sequence_length
@@ -116,7 +116,7 @@ def test_every_frame_surprises_in_some_window_and_only_by_what_came_before(agent
     assert other.reward[window, place] == found.reward[window, place]  # expected before the frame was seen
 
 
-def test_who_holds_its_actions_foresees_the_frames_that_it_acts_on(agent, long):
+def test_an_agent_that_holds_its_actions_predicts_the_frames_that_it_acts_on(agent, long):
     held = replace(long, action=np.repeat(long.action, 3), image=np.repeat(long.image, 3, 0)[2:],
                    pose=np.repeat(long.pose, 3, 0)[2:], collided=np.repeat(long.collided, 3))
     plain, found = agent().predict(4, long), agent(action_repeat=3).predict(4, held)

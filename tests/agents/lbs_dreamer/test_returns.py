@@ -7,7 +7,7 @@ from curionav_cli.agents.lbs_dreamer.returns import discount_weights, lambda_ret
 
 
 @pytest.fixture
-def life():
+def rollout():
     generator = torch.Generator().manual_seed(0)
     return (torch.randn(6, 3, generator=generator, dtype=torch.float64) for _ in range(2)), \
         torch.randn(3, generator=generator, dtype=torch.float64)
@@ -20,8 +20,8 @@ def n_step(reward, value, bootstrap, start, n, gamma):
 
 
 @pytest.mark.parametrize("lam", [0.0, 0.5, 0.95, 1.0])
-def test_it_is_the_weighted_mean_of_all_n_step_returns(life, lam):
-    (reward, value), bootstrap = life
+def test_it_is_the_weighted_mean_of_all_n_step_returns(rollout, lam):
+    (reward, value), bootstrap = rollout
     ours = lambda_return(reward, value, bootstrap, 0.9, lam)
     for start in range(6):
         left = 6 - start

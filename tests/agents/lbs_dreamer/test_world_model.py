@@ -1,4 +1,4 @@
-"""The world model as a whole: its loss, the share of frames it decodes, one batch learned by heart."""
+"""The world model as a whole: its loss, the share of frames it decodes, overfitting one batch."""
 
 import pytest
 import torch
@@ -53,7 +53,7 @@ def test_bfloat16_agrees_with_float32(tiny, networks, data):
     torch.testing.assert_close(half, full, rtol=float(2 * 2.0**-8 * (3 * 12)**0.5 * share.detach()), atol=0)
 
 
-def test_one_batch_is_learned_by_heart_and_predicted_from_its_first_frames(tiny, networks, data):
+def test_one_batch_is_overfitted_and_predicted_from_its_first_frames(tiny, networks, data):
     settings = tiny(gru_units=48, rssm_hidden=48, latent_dimension=8, latent_classes=8, model_lr=3e-3,
                     encoder_channels=[8, 16, 16], decoder_channels=[16, 8], decoded_share=1.0)
     learner = Learner(settings, networks(settings), torch.Generator().manual_seed(1))

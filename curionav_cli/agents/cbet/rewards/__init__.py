@@ -1,4 +1,4 @@
-"""The rewards that agent.reward chooses between, one small file each."""
+"""The intrinsic reward: one file for each value of agent.reward. cbet.py is the paper's, reward.py the contract."""
 
 from curionav_cli.agents.cbet.rewards.cbet import CBET
 from curionav_cli.agents.cbet.rewards.count import Count

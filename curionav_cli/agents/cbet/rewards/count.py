@@ -1,4 +1,4 @@
-"""Count: 1 / sqrt(N(s')), keys as C-BET's, a table an environment that is never forgotten."""
+"""Count: r = 1 / sqrt(N(s')), with C-BET's keys, and a table for each environment that is never cleared."""
 
 from __future__ import annotations
 
@@ -13,19 +13,20 @@ from curionav_cli.agents.image_hash import StateKeys
 
 
 class Count(Reward):
-    """counts["states"] holds the pictures."""
+    """Counts of images; counts["states"] is their table."""
 
-    def __init__(self, kit: RewardContext, networks: nn.ModuleDict):
-        super().__init__(kit, networks)
-        rng = np.random.default_rng(kit.numbers)
-        self.state_keys = StateKeys(kit.hyper.key.value, kit.hyper.key_bits, rng)
-        self.counts = {"states": Counts(kit.hyper.environments)}
-        self.alarm = RewardMonitor(1.0)
+    def __init__(self, context: RewardContext, networks: nn.ModuleDict):
+        super().__init__(context, networks)
+        rng = np.random.default_rng(context.reward_seed)
+        self.state_keys = StateKeys(context.hyper.key.value, context.hyper.key_bits, rng)
+        self.counts = {"states": Counts(context.hyper.environments)}
+        self.monitor = RewardMonitor(1.0)
 
-    def episode_bonus(self, life: Transitions) -> tuple[np.ndarray, dict[str, float]]:
-        keys = self.state_keys(life.episode.image[life.reached])
-        met = np.array([self.counts["states"].add(life.environment, key) for key in keys])
-        bonus, poses, unique = met**-0.5, life.poses(), len(set(keys[:-1]))
-        self.alarm.look(poses, unique, bonus)
+    def episode_bonus(self, transitions: Transitions) -> tuple[np.ndarray, dict[str, float]]:
+        """1 / sqrt(N(s')) of each step (N,), and metrics of the counts."""
+        keys = self.state_keys(transitions.episode.image[transitions.reached])
+        count = np.array([self.counts["states"].add(transitions.environment, key) for key in keys])
+        bonus, poses, unique = count**-0.5, transitions.poses(), len(set(keys[:-1]))
+        self.monitor.update(poses, unique, bonus)
         return bonus, {"unique_states": len(set(keys)) / len(keys), "unique_of_new_poses": unique / max(1, poses),
-                       "count_of_state": met.mean()}
+                       "count_of_state": count.mean()}

@@ -1,4 +1,4 @@
-"""A control that is told where it is: 1 / sqrt(N), visits of the true coverage cell, one table for all."""
+"""A privileged control: r = 1 / sqrt(N), counts of the true coverage cell, one table for all."""
 
 from __future__ import annotations
 
@@ -11,14 +11,15 @@ from curionav_cli.agents.cbet.transitions import Transitions
 
 
 class CountOracle(Reward):
-    """Privileged. The cell is that of the landing, also in the last step of an episode."""
+    """Counts of cells; the cell of a step is the one where it ended, also in the last step of an episode."""
 
-    def __init__(self, kit: RewardContext, networks: nn.ModuleDict):
-        super().__init__(kit, networks)
-        self.plan = kit.world.plan
+    def __init__(self, context: RewardContext, networks: nn.ModuleDict):
+        super().__init__(context, networks)
+        self.plan = context.scene.plan
         self.counts = {"cells": Counts(1)}
 
-    def episode_bonus(self, life: Transitions) -> tuple[np.ndarray, dict[str, float]]:
-        cells = np.stack(self.plan.cells(*life.episode.pose[1:, :2].T), axis=1).astype("<i4")
-        met = np.array([self.counts["cells"].add(0, cell.tobytes()) for cell in cells])
-        return met**-0.5, {"count_of_cell": met.mean()}
+    def episode_bonus(self, transitions: Transitions) -> tuple[np.ndarray, dict[str, float]]:
+        """1 / sqrt(N(cell)) of each step (N,), and the mean count."""
+        cells = np.stack(self.plan.cells(*transitions.episode.pose[1:, :2].T), axis=1).astype("<i4")
+        count = np.array([self.counts["cells"].add(0, cell.tobytes()) for cell in cells])
+        return count**-0.5, {"count_of_cell": count.mean()}

@@ -1,4 +1,4 @@
-"""ICM (Pathak et al., 2017) as C-BET's authors compare with it: the error of predicting the next picture's features."""
+"""ICM (Pathak et al., 2017) as C-BET's authors compare with it: the error of predicting the next image's features."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import torch.nn.functional as F
 from torch import Tensor, nn
 
 from curionav_cli.agents.cbet import settings as cbet_settings
-from curionav_cli.agents.cbet.network import Eyes
+from curionav_cli.agents.cbet.network import ImageEncoder
 from curionav_cli.agents.cbet.rewards.reward import Reward
 from curionav_cli.agents.cbet.unrolls import Batch
 from curionav_cli.constants import ACTIONS
@@ -20,26 +20,26 @@ class ICM(Reward):
 
     @staticmethod
     def build(hyper: cbet_settings.CBET) -> nn.ModuleDict:
-        eyes = Eyes(hyper.conv_channels)
-        size = eyes.features
+        encoder = ImageEncoder(hyper.conv_channels)
+        size = encoder.features
         return nn.ModuleDict({
-            "features": eyes,
+            "features": encoder,
             "dynamics": nn.Sequential(nn.Linear(size + len(ACTIONS), HIDDEN), nn.ReLU(), nn.Linear(HIDDEN, size)),
             "inverse": nn.Sequential(nn.Linear(2 * size, HIDDEN), nn.ReLU(), nn.Linear(HIDDEN, len(ACTIONS))),
         })
 
     def learned_bonus(self, batch: Batch) -> tuple[Tensor, Tensor]:
-        """The forward error; the loss is its sum over T and mean over B, and that of the inverse model's."""
-        seen = self.networks["features"](batch.image.flatten(0, 1)).unflatten(0, batch.image.shape[:2])
-        before, after = seen[:-1], seen[1:]
+        """The forward error (T, B); loss: forward and inverse errors, weighted, summed over T, mean over B."""
+        features = self.networks["features"](batch.image.flatten(0, 1)).unflatten(0, batch.image.shape[:2])
+        before, after = features[:-1], features[1:]  # (T, B, F)
         action = F.one_hot(batch.action, len(ACTIONS)).to(before)
         predicted = self.networks["dynamics"](torch.cat([before, action], dim=-1))
-        guessed = self.networks["inverse"](torch.cat([before, after], dim=-1))
+        inferred = self.networks["inverse"](torch.cat([before, after], dim=-1))
         error = torch.linalg.vector_norm(predicted - after, dim=-1)
-        wrong = F.cross_entropy(guessed.flatten(0, 1), batch.action.flatten(), reduction="none").view_as(error)
-        loss = (self.hyper.forward_loss * error + self.hyper.inverse_loss * wrong).sum(0).mean()
+        inverse_error = F.cross_entropy(inferred.flatten(0, 1), batch.action.flatten(), reduction="none").view_as(error)
+        loss = (self.hyper.forward_loss * error + self.hyper.inverse_loss * inverse_error).sum(0).mean()
         return self.novelty(before, after, error).detach(), loss
 
     def novelty(self, before: Tensor, after: Tensor, error: Tensor) -> Tensor:
-        """(T, B) from features (T, B, F) of a step's two pictures and the forward error (T, B)."""
+        """The bonus (T, B), from features (T, B, F) of a step's two images and the forward error (T, B)."""
         return error

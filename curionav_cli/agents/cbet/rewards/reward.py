@@ -1,9 +1,11 @@
-"""What every reward can do. The reward of a step is the product of two factors:
+"""The contract of an intrinsic reward. The reward of a step is the product of two factors:
 
-    lived       what is known once an episode was lived, mostly counts; computed once, in the order of the steps
-    surprise    what a network says that learns beside the policy; computed when an update uses the step, before it
+    episode_bonus    mostly of counts; computed once, after the episode, in the order of its steps
+    learned_bonus    of a network that learns beside the policy; computed by each update that uses the step, before it
 
-A reward has its own tables, random streams and networks; a factor that it does not have is one.
+A reward has its own tables, generators and networks; a factor that it does not define is one.
+
+Letters: N steps of an episode, E environments, T steps of an unroll, B unrolls.
 """
 
 from __future__ import annotations
@@ -25,37 +27,40 @@ from curionav_cli.world.scene.scene import Scene
 
 @dataclass(frozen=True)
 class RewardContext:
-    """What rewards are made from. seed: of the world; numbers: where the reward's own randomness comes from."""
+    """What rewards are made from.
+
+    seed: the run's, for changes of the scene; reward_seed: of the reward's own random numbers.
+    """
 
     hyper: cbet_settings.CBET
-    world: Scene
+    scene: Scene
     engine: str
     seed: int
-    numbers: int
+    reward_seed: int
 
 
 class Reward:
     """A reward of one everywhere; the others override what they need.
 
-    counts: tables by name. dice: one random stream an environment, if there is something to draw. numbers: what
-    else was drawn at the start, such as projections, is a function of this. alarm: what watches the counts.
+    counts: tables by name. generators: one for each environment, if there is something to draw. seed: of all else that
+    is random, such as projections. monitor: warns of degenerate counts.
     """
 
-    def __init__(self, kit: RewardContext, networks: nn.ModuleDict):
-        self.hyper, self.networks, self.numbers = kit.hyper, networks, kit.numbers
+    def __init__(self, context: RewardContext, networks: nn.ModuleDict):
+        self.hyper, self.networks, self.seed = context.hyper, networks, context.reward_seed
         self.counts: dict[str, Counts] = {}
         self.generators: list[np.random.Generator] = []
-        self.alarm = RewardMonitor(math.inf)
+        self.monitor = RewardMonitor(math.inf)
 
     @staticmethod
     def build(hyper: cbet_settings.CBET) -> nn.ModuleDict:
-        """The networks that learn beside the policy, each with an optimiser of its own."""
+        """Make the networks that learn beside the policy; each gets an optimiser of its own."""
         return nn.ModuleDict()
 
-    def episode_bonus(self, life: Transitions) -> tuple[np.ndarray, dict[str, float]]:
-        """The first factor of each of N steps, (N,) float64, and what to note in metrics.jsonl."""
-        return np.ones(len(life)), {}
+    def episode_bonus(self, transitions: Transitions) -> tuple[np.ndarray, dict[str, float]]:
+        """The first factor (N,) float64, and metrics for metrics.jsonl."""
+        return np.ones(len(transitions)), {}
 
     def learned_bonus(self, batch: Batch) -> tuple[Tensor, Tensor]:
-        """The second factor (T, B), without gradients, and a loss that trains the networks."""
+        """The second factor (T, B), without gradients, and the scalar loss of the networks."""
         return torch.ones_like(batch.bonus), batch.bonus.new_zeros(())

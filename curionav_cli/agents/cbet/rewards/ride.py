@@ -1,4 +1,4 @@
-"""RIDE (Raileanu and Rocktaschel, 2020): how far a step moves in ICM's features, over sqrt(N(s')) of the episode."""
+"""RIDE (Raileanu and Rocktaschel, 2020): the distance of a step in ICM's features, over sqrt(N(s')) of the episode."""
 
 from __future__ import annotations
 
@@ -16,18 +16,20 @@ from curionav_cli.agents.cbet.transitions import Transitions
 
 
 class RIDE(ICM):
-    """Counts are forgotten with each episode, after the respawn was counted."""
+    """ICM's features and episodic counts, which are cleared after each episode, the respawn counted."""
 
-    def __init__(self, kit: RewardContext, networks: nn.ModuleDict):
-        super().__init__(kit, networks)
-        self.count = Count(kit, nn.ModuleDict())
+    def __init__(self, context: RewardContext, networks: nn.ModuleDict):
+        super().__init__(context, networks)
+        self.count = Count(context, nn.ModuleDict())
         self.counts = self.count.counts
-        self.alarm = self.count.alarm = RewardMonitor(math.inf)  # the other factor has no ceiling
+        self.monitor = self.count.monitor = RewardMonitor(math.inf)  # the learned factor has no upper bound
 
-    def episode_bonus(self, life: Transitions) -> tuple[np.ndarray, dict[str, float]]:
-        bonus, watch = self.count.episode_bonus(life)
-        self.counts["states"].clear(life.environment)
-        return bonus, watch
+    def episode_bonus(self, transitions: Transitions) -> tuple[np.ndarray, dict[str, float]]:
+        """1 / sqrt(N(s')) of each step (N,), and metrics of the counts."""
+        bonus, metrics = self.count.episode_bonus(transitions)
+        self.counts["states"].clear(transitions.environment)
+        return bonus, metrics
 
     def novelty(self, before: Tensor, after: Tensor, error: Tensor) -> Tensor:
+        """The distance (T, B) of the features (T, B, F) of a step's two images."""
         return torch.linalg.vector_norm(after - before, dim=-1)

@@ -6,21 +6,21 @@ import torch
 from torch import Tensor, nn
 
 from curionav_cli.agents.cbet import settings as cbet_settings
-from curionav_cli.agents.cbet.network import Eyes
+from curionav_cli.agents.cbet.network import ImageEncoder
 from curionav_cli.agents.cbet.rewards.reward import Reward
 from curionav_cli.agents.cbet.unrolls import Batch
 
 
 class RND(Reward):
-    """Distances are L2 norms, not squared; neither pictures nor rewards are normalised."""
+    """Distances are L2 norms, not squared; neither images nor rewards are normalised."""
 
     @staticmethod
     def build(hyper: cbet_settings.CBET) -> nn.ModuleDict:
-        fixed = Eyes(hyper.conv_channels).requires_grad_(False)
-        return nn.ModuleDict({"predictor": Eyes(hyper.conv_channels), "target": fixed})
+        fixed = ImageEncoder(hyper.conv_channels).requires_grad_(False)
+        return nn.ModuleDict({"predictor": ImageEncoder(hyper.conv_channels), "target": fixed})
 
     def learned_bonus(self, batch: Batch) -> tuple[Tensor, Tensor]:
-        """Of the picture reached; the loss is its sum over T, its mean over B."""
+        """The distance (T, B) for the image reached; loss: its weighted sum over T, mean over B."""
         reached = batch.image[1:].flatten(0, 1)
         with torch.no_grad():
             target = self.networks["target"](reached)

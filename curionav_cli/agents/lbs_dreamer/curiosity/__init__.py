@@ -1,1 +1,1 @@
-"""Curiosity is one small file and one setting, agent.curiosity: what makes a state worth reaching."""
+"""The intrinsic reward: one file for each value of agent.curiosity. lbs.py is the paper's, curiosity.py a contract."""

@@ -1,4 +1,4 @@
-"""agent.curiosity -> the curiosity: the one that the file of this name defines."""
+"""The curiosity that agent.curiosity names: the class that the file of this name defines."""
 
 from __future__ import annotations
 
@@ -10,13 +10,13 @@ from curionav_cli.agents.lbs_dreamer.rssm import RSSM
 
 
 def kind(name: settings.Curiosity) -> type[Curiosity]:
-    """The class in the file of this name. Another curiosity is a file here and a line in settings.Curiosity."""
+    """Return the class in the file of this name. Another one is a file here and a line in settings.Curiosity."""
     module = import_module(f"{__package__}.{name.value}")
-    found, = (one for one in vars(module).values()
-              if isinstance(one, type) and issubclass(one, Curiosity) and one.__module__ == module.__name__)
-    return found
+    curiosity_class, = (value for value in vars(module).values() if isinstance(value, type)
+                        and issubclass(value, Curiosity) and value.__module__ == module.__name__)
+    return curiosity_class
 
 
 def curiosity(hyper: settings.LBSDreamer, rssm: RSSM) -> Curiosity:
-    """The chosen one, with heads of the actor's and critic's size."""
+    """Make the curiosity of the settings, with networks of the actor's and critic's size."""
     return kind(hyper.curiosity)(rssm, hyper.mlp_units, hyper.mlp_layers, hyper.curiosity_burn_in)

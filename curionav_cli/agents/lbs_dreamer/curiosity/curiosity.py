@@ -1,6 +1,9 @@
-"""The contract: what a curiosity must be able to do, and the regression head that most of them are.
+"""The contract of a curiosity, which gives the intrinsic reward, and the regression head that most of them are.
 
-Letters: T steps, B sequences, F features, H horizon, N imagined lives.
+A curiosity is fitted to steps of the replay that the world model has filtered (`loss`), and gives rewards to the states
+of imagined rollouts (`intrinsic_reward`), which actor and critic learn from (behaviour.py).
+
+Letters: T steps, B sequences, L steps of a window, F features, H horizon, N rollouts.
 """
 
 from __future__ import annotations
@@ -20,80 +23,82 @@ from curionav_cli.records import FloorPlan
 from curionav_cli.storage.replay import Replay
 
 
-class Notes(Protocol):
-    """A number for every step of the replay, which changes as the replay grows."""
+class VisitCounts(Protocol):
+    """Counts of visits over all episodes of the replay, for every step of it."""
 
-    def take_in(self, replay: Replay) -> None:
-        """Count the episodes that are new."""
+    def update(self, replay: Replay) -> None:
+        """Count the episodes that are new in the replay."""
 
-    def of(self, which: np.ndarray, start: np.ndarray, pose: np.ndarray) -> np.ndarray:
-        """Of windows that were drawn, (B, L) float32. which, start: (B,); pose: (B, L, 3) metres and radians."""
+    def of_windows(self, which: np.ndarray, start: np.ndarray, pose: np.ndarray) -> np.ndarray:
+        """Counts (B, L) float32 of windows: episode `which` (B,), first frame `start` (B,), pose (B, L, 3) in metres
+        and radians."""
 
 
 class Curiosity(nn.Module, ABC):
-    """Learns on what was observed, judges what is imagined. No gradient of it reaches the world model.
+    """Gives the intrinsic reward. No gradient of it reaches the world model.
 
-    units, layers: size of its networks. burn_in: see `settled`.
+    rssm: for the sizes of its inputs. units, layers: size of its networks. burn_in: see `settled`.
     """
 
     def __init__(self, rssm: RSSM, units: int, layers: int, burn_in: int):
         super().__init__()
         self.burn_in = burn_in
 
-    def notes(self, plan: FloorPlan) -> Notes | None:
-        """What is to be noted of every step that the replay holds, as `Sequences.noted`; None for nothing."""
+    def visit_counts(self, plan: FloorPlan) -> VisitCounts | None:
+        """The counts that `loss` needs as `Sequences.counts`; None for none."""
         return None
 
     @abstractmethod
-    def loss(self, seen: Observed, data: Sequences, noise: Tensor) -> tuple[Tensor, dict[str, Tensor]]:
-        """Scalar loss and metrics; seen is detached, noise (T, B) uniform in [0, 1)."""
+    def loss(self, observed: Observed, data: Sequences, noise: Tensor) -> tuple[Tensor, dict[str, Tensor]]:
+        """Scalar loss of its networks, and metrics. observed: (T, B, ...), detached; noise (T, B) uniform in [0, 1)."""
 
     @abstractmethod
-    def reward(self, imagined: Imagined) -> Tensor:
-        """(H + 1, N): reward i is that of arriving in imagined state i. Nothing below zero."""
+    def intrinsic_reward(self, imagined: Imagined) -> Tensor:
+        """Rewards (H + 1, N) float32, none below zero; row i is that of arriving in the imagined state s_i."""
 
 
 class Head(Curiosity):
-    """A network of the state that is fitted to a number measured on the replay."""
+    """An MLP that predicts from a state s_t a number measured on the replay; its prediction is the intrinsic reward."""
 
     def __init__(self, rssm: RSSM, units: int, layers: int, burn_in: int):
         super().__init__(rssm, units, layers, burn_in)
         self.head = MLP(rssm.features, units, layers, 1, rssm.stoch)
 
     @abstractmethod
-    def target(self, seen: Observed, data: Sequences, noise: Tensor) -> Tensor:
-        """(T, B): what is worth being curious about, as it was measured."""
+    def target(self, observed: Observed, data: Sequences, noise: Tensor) -> Tensor:
+        """The measured numbers (T, B), which the head is fitted to."""
 
-    def loss(self, seen: Observed, data: Sequences, noise: Tensor) -> tuple[Tensor, dict[str, Tensor]]:
-        """-log N(target; head, 1) without its constant, mean over the settled steps."""
-        target = self.target(seen, data, noise)
-        predicted = self.head(seen.states.features).squeeze(-1).float()  # (T, B)
+    def loss(self, observed: Observed, data: Sequences, noise: Tensor) -> tuple[Tensor, dict[str, Tensor]]:
+        """-log N(target; head, 1) without its constant, mean over the settled steps: scalar."""
+        target = self.target(observed, data, noise)
+        predicted = self.head(observed.states.features).squeeze(-1).float()  # (T, B)
         mask = settled(len(target), data.is_start, self.burn_in).float()
         loss = masked_mean((predicted - target).square(), mask) / 2
         return loss, {"curiosity_target": masked_mean(target, mask),
                       "curiosity_correlation": correlation(predicted.detach(), target, mask)}
 
-    def reward(self, imagined: Imagined) -> Tensor:
+    def intrinsic_reward(self, imagined: Imagined) -> Tensor:
+        """The head's prediction, clipped at zero."""
         return self.head(imagined.features, imagined.ones).squeeze(-1).float().clamp(min=0)
 
 
 def settled(steps: int, is_start: Tensor, burn_in: int) -> Tensor:
-    """(T, B) bool: false on the first `burn_in` steps of windows that start in mid-episode.
+    """Mask (T, B) bool: false on the first `burn_in` steps of windows that start in mid-episode.
 
-    There the model starts from a zero state, and the KL tells of that and not of the world.
-    is_start (B,) bool.
+    There the model starts from a zero state, so that the KL measures that and not the world.
+    is_start (B,) bool: the window begins where an episode does.
     """
     step = torch.arange(steps, device=is_start.device)
     return (step[:, None] >= burn_in) | is_start[None]
 
 
 def masked_mean(x: Tensor, mask: Tensor) -> Tensor:
-    """Mean of x where mask is one."""
+    """Mean of x where mask is one; both of one shape, the result a scalar."""
     return (mask * x).sum() / mask.sum().clamp(min=1)
 
 
 def correlation(x: Tensor, y: Tensor, mask: Tensor) -> Tensor:
-    """Pearson's, where mask is one; zero where one of them is constant."""
+    """Pearson's correlation of x and y where mask is one: a scalar, zero where x or y is constant."""
     x, y = x - masked_mean(x, mask), y - masked_mean(y, mask)
     spread = masked_mean(x * x, mask) * masked_mean(y * y, mask)
     return masked_mean(x * y, mask) / (spread.sqrt() + 1e-8)

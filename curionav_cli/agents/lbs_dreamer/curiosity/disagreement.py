@@ -1,8 +1,8 @@
 """Latent disagreement of an ensemble (Plan2Explore, Sekar et al., 2020, equations (3) to (5)).
 
-K small networks predict the next latent state from this one and the action. Where data is plentiful they
-agree; r is the variance of their means, averaged over the dimensions. As in DreamerV2's Plan2Explore the
-prediction is of the stochastic state, not of the image's embedding.
+K small networks predict the next latent state from this one and the action. Where data is plentiful they agree; the
+intrinsic reward is the variance of their predictions, averaged over the dimensions. As in DreamerV2's Plan2Explore they
+predict the stochastic state, not the image's embedding.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ MEMBERS = 5
 
 
 class Disagreement(Curiosity):
-    """K networks with one hidden layer each."""
+    """An ensemble of K = MEMBERS networks with one hidden layer each."""
 
     def __init__(self, rssm: RSSM, units: int, layers: int, burn_in: int):
         super().__init__(rssm, units, layers, burn_in)
@@ -29,19 +29,19 @@ class Disagreement(Curiosity):
             MLP(rssm.features + rssm.actions, units, 1, rssm.stoch) for _ in range(MEMBERS))
 
     def predictions(self, features: Tensor, action: Tensor) -> Tensor:
-        """(T, B, F), the action taken there (T, B) -> (K, T, B, S C)"""
+        """Predict the next z (K, T, B, S * C) from features (T, B, F) and the actions taken there (T, B)."""
         x = torch.cat([features, one_hot_action(action, self.actions).to(features.dtype)], -1)
         return torch.stack([member(x) for member in self.members]).float()
 
-    def loss(self, seen: Observed, data: Sequences, noise: Tensor) -> tuple[Tensor, dict[str, Tensor]]:
+    def loss(self, observed: Observed, data: Sequences, noise: Tensor) -> tuple[Tensor, dict[str, Tensor]]:
         """Sum of squared errors of the next state, mean over members and settled steps."""
-        predicted = self.predictions(seen.states.features[:-1], data.action[1:])
-        error = (predicted - seen.states.stoch[1:]).square().sum(-1).mean(0)  # (T - 1, B)
+        predicted = self.predictions(observed.states.features[:-1], data.action[1:])
+        error = (predicted - observed.states.stoch[1:]).square().sum(-1).mean(0)  # (T - 1, B)
         mask = settled(len(data.action), data.is_start, self.burn_in)[:-1].float()
         mean = masked_mean(error, mask)
         return mean, {"curiosity_target": masked_mean(predicted.detach().var(0).mean(-1), mask)}
 
-    def reward(self, imagined: Imagined) -> Tensor:
-        """Nothing for the state that imagination starts from: no action of it led there."""
+    def intrinsic_reward(self, imagined: Imagined) -> Tensor:
+        """The variance (H + 1, N); zero for s_0, which no imagined action led to."""
         spread = self.predictions(imagined.features[:-1], imagined.action).var(0).mean(-1)  # (H, N)
         return torch.cat([torch.zeros_like(spread[:1]), spread])

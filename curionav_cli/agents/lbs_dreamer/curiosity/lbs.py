@@ -2,8 +2,9 @@
 
     r_expl = I(s_{t+1}; x_{t+1} | s_t, a_t) ~ KL[ q(s_{t+1} | s_t, a_t, x_{t+1}) || p(s_{t+1} | s_t, a_t) ]
 
-In imagination there is no x_{t+1}, so a head learns the KL that was measured on the replay from the
-state that was reached, and imagined rewards are its mean (as mastering-urlb does it).
+The intrinsic reward of a transition is the information that its image brings. In imagination there is no x_{t+1}, so a
+head learns to predict the KL measured on the replay from the state s_{t+1} reached; its prediction is the reward of
+imagined states (as in mastering-urlb).
 """
 
 from __future__ import annotations
@@ -17,7 +18,8 @@ from curionav_cli.agents.lbs_dreamer.world_model import Sequences
 
 
 class LBS(Head):
-    """The state's expected surprise in nats, before free nats and balancing."""
+    """Expected KL of posterior from dynamics in nats, before free nats and balancing."""
 
-    def target(self, seen: Observed, data: Sequences, noise: Tensor) -> Tensor:
-        return latent.kl(seen.posterior, seen.prior)
+    def target(self, observed: Observed, data: Sequences, noise: Tensor) -> Tensor:
+        """KL[q || p] of each step: (T, B)."""
+        return latent.kl(observed.posterior, observed.prior)

@@ -1,4 +1,4 @@
-"""No curiosity: what the entropy bonus alone makes of the actor."""
+"""No intrinsic reward: the actor learns from the entropy bonus alone."""
 
 from __future__ import annotations
 
@@ -11,10 +11,12 @@ from curionav_cli.agents.lbs_dreamer.world_model import Sequences
 
 
 class Indifferent(Curiosity):
-    """Every state is worth nothing."""
+    """A reward of zero everywhere."""
 
-    def loss(self, seen: Observed, data: Sequences, noise: Tensor) -> tuple[Tensor, dict[str, Tensor]]:
+    def loss(self, observed: Observed, data: Sequences, noise: Tensor) -> tuple[Tensor, dict[str, Tensor]]:
+        """A loss of zero."""
         return noise.sum() * 0, {}
 
-    def reward(self, imagined: Imagined) -> Tensor:
+    def intrinsic_reward(self, imagined: Imagined) -> Tensor:
+        """Zeros (H + 1, N)."""
         return imagined.features.new_zeros(imagined.features.shape[:2]).float()

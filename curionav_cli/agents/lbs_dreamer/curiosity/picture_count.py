@@ -1,9 +1,9 @@
-"""Counts of pictures, which a robot can keep: #Exploration (Tang et al., 2017, section 2.3).
+"""Counts of image keys, which a robot can measure: #Exploration (Tang et al., 2017, section 2.3).
 
     r = 1 / sqrt(N(phi(x)))
 
-phi is the sign of random projections of the picture in 8 x 8 cells of grey (SimHash, as C-BET's keys are made).
-No true position is asked for, as the oracle in count.py does; two places that look alike are one.
+phi is the sign of random projections of the image in 8 x 8 cells of grey (SimHash, as C-BET's keys, image_hash.py).
+It needs no true position, unlike the oracle in count.py; two places that look alike count as one.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ import numpy as np
 
 from curionav_cli.agents.image_hash import StateKeys
 from curionav_cli.agents.lbs_dreamer.curiosity.count import Count
-from curionav_cli.agents.lbs_dreamer.curiosity.curiosity import Notes
+from curionav_cli.agents.lbs_dreamer.curiosity.curiosity import VisitCounts
 from curionav_cli.records import FloorPlan
 from curionav_cli.storage.replay import Replay
 
@@ -21,14 +21,15 @@ PROJECTIONS = 0  # their seed: the same ones in every run
 
 
 class PictureCount(Count):
-    """The bonus of the picture's key."""
+    """Bonus of the key of a state's image."""
 
-    def notes(self, plan: FloorPlan) -> Notes:
-        return Pictures()
+    def visit_counts(self, plan: FloorPlan) -> VisitCounts:
+        """Counts by the keys of images; the plan is not used."""
+        return KeyCounts()
 
 
-class Pictures:
-    """How often each picture's key was met, the agent's whole life long."""
+class KeyCounts:
+    """Counts how often each image key was met, over all episodes of the run."""
 
     def __init__(self) -> None:
         self.keys = StateKeys(GRID, BITS, np.random.default_rng(PROJECTIONS))
@@ -36,14 +37,14 @@ class Pictures:
         self.numbers: list[np.ndarray] = []  # of each episode's frames
         self.counts = np.zeros(0, np.float32)
 
-    def take_in(self, replay: Replay) -> None:
-        """Count the episodes that are new."""
+    def update(self, replay: Replay) -> None:
+        """Count the episodes that are new in the replay."""
         for index in range(len(self.numbers), len(replay)):
             keys = self.keys(replay.episode(index).image)
             self.numbers.append(np.array([self.table.setdefault(key, len(self.table)) for key in keys]))
         self.counts = np.bincount(np.concatenate(self.numbers)).astype(np.float32)
 
-    def of(self, which: np.ndarray, start: np.ndarray, pose: np.ndarray) -> np.ndarray:
-        """Of windows that were drawn, (B, L) float32. which, start: (B,); pose: (B, L, 3)."""
+    def of_windows(self, which: np.ndarray, start: np.ndarray, pose: np.ndarray) -> np.ndarray:
+        """Counts (B, L) float32 of the keys of episode `which` (B,) from frame `start` (B,); pose (B, L, 3)."""
         steps = np.arange(pose.shape[1])
         return np.stack([self.counts[self.numbers[e][s + steps]] for e, s in zip(which, start)])

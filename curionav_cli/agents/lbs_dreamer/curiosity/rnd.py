@@ -1,7 +1,7 @@
 """Random Network Distillation on latents (Burda et al., 2018, section 2.2: r = ||f'(x) - f(x)||^2).
 
-A network learns what another, frozen at its random weights, makes of a state; where it fails, it has
-seen little. The inputs are the world model's states, which change while it learns.
+A network learns to predict the outputs of another, frozen at its random weights, for a state; its error, the intrinsic
+reward, is large where data is scarce. The inputs are the world model's states, which change while that learns.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from curionav_cli.agents.lbs_dreamer.world_model import Sequences
 
 
 class RND(Curiosity):
-    """Squared distance, summed over `units` outputs."""
+    """Squared error of the prediction, summed over `units` outputs."""
 
     def __init__(self, rssm: RSSM, units: int, layers: int, burn_in: int):
         super().__init__(rssm, units, layers, burn_in)
@@ -24,13 +24,15 @@ class RND(Curiosity):
         self.learner = MLP(rssm.features, units, layers, units)
 
     def error(self, features: Tensor) -> Tensor:
-        """(..., F) -> (...)"""
+        """Squared error (...) for features (..., F)."""
         return (self.learner(features) - self.frozen(features)).float().square().sum(-1)
 
-    def loss(self, seen: Observed, data: Sequences, noise: Tensor) -> tuple[Tensor, dict[str, Tensor]]:
-        error = self.error(seen.states.features)  # (T, B)
+    def loss(self, observed: Observed, data: Sequences, noise: Tensor) -> tuple[Tensor, dict[str, Tensor]]:
+        """Mean error over the settled steps: scalar."""
+        error = self.error(observed.states.features)  # (T, B)
         mean = masked_mean(error, settled(len(error), data.is_start, self.burn_in).float())
         return mean, {"curiosity_target": mean}
 
-    def reward(self, imagined: Imagined) -> Tensor:
+    def intrinsic_reward(self, imagined: Imagined) -> Tensor:
+        """The squared error (H + 1, N)."""
         return self.error(imagined.features)

@@ -1,6 +1,6 @@
-"""Convolutions as torch has them, composed so that a CPU is quick at them.
+"""F.conv2d and F.conv_transpose2d without padding, composed of operations that are fast on a CPU.
 
-Some of oneDNN's are slow: the gradient of a bias, which it finds together with the weight's (a plain sum takes a
+Some of oneDNN's are slow: the gradient of a bias, which it computes together with the weight's (a plain sum takes a
 hundredth of that), and in bfloat16, beside what is done here, at the shapes of scale=paper (one core of an AMD EPYC):
 
     a transposed convolution with a bias whose stride does not divide its kernel        four times as long
@@ -19,6 +19,7 @@ import torch
 import torch.nn.functional as F
 from torch import Tensor
 
+from curionav_cli.agents.lbs_dreamer.kernels.patches import empty_images, patch_kernel, pixels
 from curionav_cli.agents.lbs_dreamer.kernels.precision import as_computed
 
 MANY = 96  # channels of the smaller image, from which on products pay
@@ -26,25 +27,8 @@ FEW = 4  # points a side of it, below which they pay for a convolution and its g
 PART = 1250  # windows at a time, which stay in the caches
 
 
-def pixels(patches: Tensor, stride: int) -> Tensor:
-    """The image (N, C, G * s, G * s), channels last in memory, that patches (N, s * s * C, G, G) are of."""
-    images, numbers, grid, _ = patches.shape
-    made = room(patches, numbers // stride**2, grid * stride)
-    blocks = patches.permute(0, 2, 3, 1).reshape(images, grid, grid, stride, stride, -1)
-    made.permute(0, 2, 3, 1).view(images, grid, stride, grid, stride, -1).copy_(blocks.transpose(2, 3))
-    return made
-
-
-def transposed_patch_kernel(weight: Tensor, stride: int) -> Tensor:
-    """Transposed weight (c, C, k, k) to pixels -> (c, s * s * C, k/s, k/s) to patches, with stride 1."""
-    inputs, channels, kernel, _ = weight.shape
-    reach = kernel // stride
-    blocks = weight.view(inputs, channels, reach, stride, reach, stride)
-    return blocks.permute(0, 3, 5, 1, 2, 4).reshape(inputs, stride * stride * channels, reach, reach)
-
-
 class Windows:
-    """A bfloat16 convolution or transposed one, as products on a CPU."""
+    """A bfloat16 convolution, or a transposed one, as matrix products with windows on a CPU."""
 
     def __init__(self, weight: Tensor, stride: int, points: int, size: int):
         self.stride, self.points, self.size = stride, points, size
@@ -62,13 +46,13 @@ class Windows:
 
     def to_small(self, large: Tensor, bias: Tensor) -> Tensor:
         """The convolution: (N, C, H, H) -> (N, c, h, h)."""
-        made = room(large, len(self.matrix), self.points)
+        made = empty_images(large, len(self.matrix), self.points)
         torch.addmm(bias, self.cut(large), self.matrix.t(), out=rows(made))
         return made
 
     def to_large(self, small: Tensor) -> Tensor:
         """The gradient by the input: (N, c, h, h) -> (N, C, H, H)."""
-        made = room(small, self.channels, self.size)
+        made = empty_images(small, self.channels, self.size)
         for part, whole in zip(small.split(self.images), made.split(self.images), strict=True):
             each = (rows(part) @ self.matrix).view(len(part), self.points, self.points, self.kernel, -1)
             total = torch.zeros(len(part), self.size, self.size * self.channels)
@@ -80,17 +64,11 @@ class Windows:
         return made
 
     def to_weight(self, small: Tensor, large: Tensor) -> Tensor:
-        """The derivative by the weight, of what went in and what arrives from the other side: (c, C, k, k)."""
+        """The gradient by the weight (c, C, k, k) from the two images, one an input and the other a gradient."""
         found = torch.zeros(self.matrix.shape)
         for part, whole in zip(small.split(self.images), large.split(self.images), strict=True):
             found += rows(part).t() @ self.cut(whole)
         return found.view(len(found), self.kernel, self.kernel, -1).permute(0, 3, 1, 2).to(small.dtype)
-
-
-def room(like: Tensor, channels: int, size: int) -> Tensor:
-    """For N images (N, channels, size, size), channels last."""
-    shape = len(like), channels, size, size
-    return torch.empty(shape, dtype=like.dtype, device=like.device, memory_format=torch.channels_last)
 
 
 def rows(x: Tensor) -> Tensor:
@@ -99,7 +77,7 @@ def rows(x: Tensor) -> Tensor:
 
 
 def by_products(x: Tensor, weight: Tensor, stride: int, transposed: bool) -> Windows | None:
-    """None where oneDNN is as quick, or it is not oneDNN that computes."""
+    """The products to compute x by; None where oneDNN is as fast, or does not compute."""
     if x.device.type != "cpu" or x.dtype != torch.bfloat16 or len(weight) < MANY:
         return None
     kernel, size = weight.shape[-1], x.shape[-1]
@@ -108,6 +86,8 @@ def by_products(x: Tensor, weight: Tensor, stride: int, transposed: bool) -> Win
 
 
 class _Convolution(torch.autograd.Function):
+    """Each of the two convolutions and its gradients in the way that is fastest; torch's own on a GPU."""
+
     @staticmethod
     def forward(ctx, x, weight, bias, stride, transposed):
         ctx.save_for_backward(x, weight)
@@ -118,7 +98,7 @@ class _Convolution(torch.autograd.Function):
         if weight.shape[-1] % stride and x.device.type == "cpu":
             return F.conv_transpose2d(x, weight, None, stride).add_(bias[:, None, None])
         if windows and stride > 1:
-            patches = F.conv_transpose2d(x, transposed_patch_kernel(weight, stride), bias.repeat(stride * stride))
+            patches = F.conv_transpose2d(x, patch_kernel(weight, stride), bias.repeat(stride * stride))
             return pixels(patches, stride)
         return F.conv_transpose2d(x, weight, bias, stride)
 
@@ -138,10 +118,18 @@ class _Convolution(torch.autograd.Function):
 
 
 def convolution(x: Tensor, weight: Tensor, bias: Tensor, stride: int = 1, transposed: bool = False) -> Tensor:
-    """F.conv2d or F.conv_transpose2d, without padding."""
+    """F.conv2d of x (N, C, H, H) or F.conv_transpose2d of x (N, c, h, h), without padding; weight (c, C, k, k)."""
     return _Convolution.apply(*as_computed(x, weight, bias), stride, transposed)
 
 
-def to_patches_of(x: Tensor, weight: Tensor, bias: Tensor, stride: int) -> Tensor:
+def transposed_to_patches(x: Tensor, weight: Tensor, bias: Tensor, stride: int) -> Tensor:
     """F.conv_transpose2d(x, weight, bias, stride) as patches (N, s * s * C, G, G); the stride divides the kernel."""
-    return convolution(x, transposed_patch_kernel(weight, stride), bias.repeat(stride * stride), transposed=True)
+    return convolution(x, patch_kernel(weight, stride), bias.repeat(stride * stride), transposed=True)
+
+
+def transposed_of_point(x: Tensor, weight: Tensor, bias: Tensor) -> Tensor:
+    """F.conv_transpose2d of images of one point, x (N, c), as one product: (N, C, k, k)."""
+    inputs, out, kernel, _ = weight.shape
+    matrix = weight.permute(0, 2, 3, 1).reshape(inputs, -1)
+    y = torch.addmm(bias.repeat(kernel * kernel), x, matrix)
+    return y.view(-1, kernel, kernel, out).permute(0, 3, 1, 2)

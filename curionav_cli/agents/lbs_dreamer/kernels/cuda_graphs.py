@@ -1,9 +1,9 @@
-"""An update as one CUDA graph: thousands of small kernels, whose launching takes longer than they do.
+"""An update as one CUDA graph: it has thousands of small kernels, which take longer to launch than to run.
 
-A graph repeats the kernels that a function launched while it was recorded, on the same addresses. So
-the function must turn tensors into tensors of fixed shapes without a question to the device; what it
-draws from, counts and decides stays outside and comes in as tensors. Inputs are copied to where the
-graph reads them; outputs stay where it wrote them, until it runs again.
+A graph repeats the kernels that a function launched while it was recorded, on the same addresses. So the function must
+turn tensors into tensors of fixed shapes without waiting for a value; random numbers, counters and decisions stay
+outside and come in as tensors. Inputs are copied to where the graph reads them; outputs stay where it wrote them, until
+it runs again.
 """
 
 from __future__ import annotations
@@ -20,22 +20,22 @@ from curionav_cli.errors import RunFailed
 WARM_UP = 3  # runs before recording, in which libraries choose their kernels and take their memory
 
 Outputs = dict[str, Tensor]
-Run = tuple[Callable[[], None], Outputs]  # what repeats the function, and where its outputs are
+Run = tuple[Callable[[], None], Outputs]  # repeats the function; the tensors that it writes
 Capture = Callable[[Callable[[], Outputs], list[Tensor]], Run]
 Record = Callable[[Callable[..., Outputs], list[Tensor]], Callable[..., Outputs]]
 
 
 def as_it_is(function: Callable[..., Outputs], state: list[Tensor]) -> Callable[..., Outputs]:
-    """No graph: the function itself."""
+    """Return the function itself: no graph."""
     return function
 
 
 class Recorded:
     """A function of named tuples of tensors, recorded when it is first called and repeated from then on.
 
-    state: the tensors that the function changes in place; recording leaves them as they were.
-    The outputs are the same tensors at every call: read or add them up before the next.
-    Raises RunFailed where it cannot be recorded.
+    state: the tensors that the function changes in place; recording leaves them as they were. The outputs are the same
+    tensors at every call: read or add them up before the next. The first call raises RunFailed where the function
+    cannot be recorded.
     """
 
     def __init__(self, capture: Capture, device: torch.device, function: Callable[..., Outputs],
@@ -46,7 +46,7 @@ class Recorded:
 
     def __call__(self, *inputs: Any) -> Outputs:
         if self.run is None:
-            self.inputs = [self._room(given) for given in inputs]
+            self.inputs = [self._empty_like(given) for given in inputs]
         for own, given in zip(self.inputs, inputs, strict=True):
             fill(own, given)
         if self.run is None:
@@ -59,8 +59,8 @@ class Recorded:
         repeat()
         return outputs
 
-    def _room(self, given: Any) -> Any:
-        """A named tuple like this one, on the device."""
+    def _empty_like(self, given: Any) -> Any:
+        """Uninitialised memory on the device for a named tuple like this one."""
         return type(given)(*(None if tensor is None else torch.empty_like(tensor, device=self.device)
                              for tensor in given))
 
@@ -74,7 +74,7 @@ def fill(own: Any, given: Any) -> None:
 
 
 def cuda_graph(function: Callable[[], Outputs], state: list[Tensor]) -> Run:
-    """Record `function` on a stream of its own; what warming up changed in `state` is put back."""
+    """Record `function` on a stream of its own; `state` is restored after warming up."""
     before = [tensor.clone() for tensor in state]
     stream = torch.cuda.Stream()
     stream.wait_stream(torch.cuda.current_stream())

@@ -1,7 +1,7 @@
-"""ELU, max(x, min(e^x - 1, 0)), and its gradient.
+"""ELU, max(x, min(e^x - 1, 0)), in place, and its gradient.
 
 On a CPU torch's takes 0.9 ns a number, most of it for the last bits of e^x - 1 near zero. 2^(x log2 e) - 1 in float32
-takes half, part by part in the caches, and is wrong by at most 1e-7: in bfloat16 that is the same number but for those
+takes half, part by part in the caches, with an error of at most 1e-7: in bfloat16 that is the same number but for those
 below 1e-5.
 """
 
@@ -17,7 +17,7 @@ LOG2_E = 1.4426950408889634
 
 
 def elu_(x: Tensor) -> Tensor:
-    """In place."""
+    """ELU in place, without a gradient."""
     if x.device.type != "cpu" or x.dtype not in (torch.bfloat16, torch.float32) or x.numel() < ENOUGH:
         return F.elu(x, inplace=True)
     for part in x.split(max(1, PART // x[0].numel())):
@@ -28,11 +28,13 @@ def elu_(x: Tensor) -> Tensor:
 
 
 def elu_backward(gradient: Tensor, result: Tensor) -> Tensor:
-    """The derivative by what the result was made of."""
+    """The gradient of ELU's input, from that of its result and the result."""
     return torch.ops.aten.elu_backward.default(gradient, 1, 1, 1, True, result)
 
 
 class _ELU(torch.autograd.Function):
+    """`elu_`, with its gradient."""
+
     @staticmethod
     def forward(ctx, x):
         elu_(x)
@@ -47,5 +49,5 @@ class _ELU(torch.autograd.Function):
 
 
 def elu(x: Tensor) -> Tensor:
-    """In place, with a gradient."""
+    """ELU in place, with a gradient."""
     return _ELU.apply(x) if x.device.type == "cpu" else F.elu(x, inplace=True)

@@ -1,8 +1,8 @@
-"""Discrete latents: S categoricals of C classes (DreamerV2, sections 2.1 and 2.2). Pure functions.
+"""Discrete latents, S categoricals of C classes: samples, KL and entropy (DreamerV2, sections 2.1 and 2.2).
 
-Logits are (..., S, C) in nats. Everything is computed in float32 at least, whatever the networks run in, and where
-the classes are few (scale=cpu) class by class, (..., C, S): over a last dimension that does not fill a vector register
-torch works number by number, ten times as slowly; over a longer one (scale=paper) it is the quicker by half.
+Pure functions of logits (..., S, C) in nats, computed in float32 at least, whatever the networks run in. Where classes
+are few (scale=cpu) they are laid out as (..., C, S): over a last dimension that does not fill a vector register torch
+works number by number, ten times as slowly; over a longer one (scale=paper) it is faster by half.
 """
 
 from __future__ import annotations
@@ -14,18 +14,18 @@ FEW = 16  # classes below which they do not come last
 
 
 def laid_out(x: Tensor) -> tuple[Tensor, int]:
-    """(..., S, C) in float32 at least, as (..., C, S) where classes are few; and the dimension of the classes."""
+    """Numbers (..., S, C) in float32 at least, as (..., C, S) where classes are few; and the classes' dimension."""
     x = x.to(torch.promote_types(x.dtype, torch.float32))
     return (x.transpose(-1, -2), -2) if x.shape[-1] < FEW else (x, -1)
 
 
 def laid_back(x: Tensor, dim: int) -> Tensor:
-    """The way back to (..., S, C)."""
+    """The inverse of `laid_out`: (..., S, C)."""
     return x.transpose(-1, -2) if dim == -2 else x
 
 
 def inverse_cdf(probs: Tensor, noise: Tensor, dim: int = -1) -> Tensor:
-    """Index (...) drawn from probs (..., C along `dim`, ...) by uniform noise (...) in [0, 1).
+    """Draw indices (...) int64 from probs (..., C along `dim`, ...) by uniform noise (...) in [0, 1).
 
     Clamped, because rounding may leave the sum of the probabilities below the noise.
     """
@@ -34,7 +34,7 @@ def inverse_cdf(probs: Tensor, noise: Tensor, dim: int = -1) -> Tensor:
 
 
 def draw(logits: Tensor, noise: Tensor) -> tuple[Tensor, Tensor]:
-    """One-hot samples (..., S, C), and the probabilities, laid out, that they are drawn from; noise (..., S)."""
+    """Draw one-hots (..., S, C) without gradients by noise (..., S); also the probabilities, `laid_out`."""
     assert logits.shape[:-1] == noise.shape, (logits.shape, noise.shape)
     values, dim = laid_out(logits)
     probs = values.softmax(dim)
@@ -43,13 +43,15 @@ def draw(logits: Tensor, noise: Tensor) -> tuple[Tensor, Tensor]:
 
 
 def straight_through(probs: Tensor, gradient: Tensor) -> Tensor:
-    """What a sample's gradient (..., S, C) means for the logits, were it that of the laid out probs."""
+    """The logits' gradient (..., S, C) if `gradient` (..., S, C), a sample's, were that of the laid out probs."""
     gradient, dim = laid_out(gradient)
     weighted = probs * gradient
     return laid_back(weighted - probs * weighted.sum(dim, keepdim=True), dim)
 
 
 class _Sample(torch.autograd.Function):
+    """`draw`, with the straight-through gradient."""
+
     @staticmethod
     def forward(ctx, logits: Tensor, noise: Tensor) -> Tensor:
         one_hot, probs = draw(logits, noise)
@@ -64,7 +66,7 @@ class _Sample(torch.autograd.Function):
 
 
 def sample(logits: Tensor, noise: Tensor) -> Tensor:
-    """One-hot samples (..., S, C) with straight-through gradients; noise (..., S) uniform in [0, 1)."""
+    """Draw one-hots (..., S, C) with straight-through gradients by noise (..., S) uniform in [0, 1)."""
     return _Sample.apply(logits, noise)
 
 
@@ -116,7 +118,7 @@ def balanced_kl(posterior: Tensor, prior: Tensor, balance: float, free_nats: flo
 
 
 def entropy(logits: Tensor) -> Tensor:
-    """Entropy in nats over the last dimension: (..., S, C) -> (..., S)."""
+    """Entropy of each latent in nats: (..., S, C) -> (..., S)."""
     values, dim = laid_out(logits)
     log_probs = values.log_softmax(dim)
     return -(log_probs.exp() * log_probs).sum(dim)

@@ -1,4 +1,4 @@
-"""The type that products are made in."""
+"""The type that matrix products are computed in."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from torch import Tensor
 
 
 def as_computed(*tensors: Tensor) -> list[Tensor]:
-    """In the type that autocast, where it is on, wants products in."""
+    """Return the tensors in the type that autocast, if it is on, computes products in."""
     device = tensors[0].device.type
     if not torch.amp.is_autocast_available(device) or not torch.is_autocast_enabled(device):
         return list(tensors)

@@ -1,14 +1,14 @@
-"""Filtering a whole sequence, with its gradient written out by hand.
+"""Filtering a sequence (RSSM.observe), with the gradient written by hand.
 
-Letters: T steps, B sequences, D GRU units, U hidden units, S latents, C classes. A step (rssm.py has it
-in modules), with row vectors and p, q for the numbers that an elu is taken of:
+Letters: T steps, B sequences, D GRU units, U hidden units, S latents, C classes. One step, which RSSM.filter has in
+modules, with row vectors, p and q for the inputs of an elu, a_t and e_t for the shares of action and image:
 
     p_t = a_t + z_{t-1} W_z     x = elu(p)      g = [x, h_{t-1}] W_g + b_g       [r, c, u] = LayerNorm(g)
     R = sigmoid(r)     K = tanh(R c)     V = sigmoid(u - 1)                      h_t = h_{t-1} + V (K - h_{t-1})
     q_t = e_t + h_t W_h         o = elu(q)      l_t = o W_l + b_l                z_t one-hot, drawn from softmax(l_t)
 
-Write y' for the loss's derivative by y. Backwards in time, with what arrives at h_t, z_t and l_t from outside,
-and from step t + 1 as `early` at h_t and z_t:
+Write y' for the loss's derivative by y. Backwards in time, with the gradients of the results h_t, z_t and l_t as
+`outside`, and those that step t + 1 sends to h_t and z_t as `early`:
 
     z' = outside + early        l' = outside + softmax's (z')        q' = (l' W_l^T) elu's
     h' = outside + early + q' W_h^T
@@ -36,7 +36,7 @@ aten = torch.ops.aten
 
 
 class Weights(NamedTuple):
-    """As nn.Linear and nn.LayerNorm hold them: transposed."""
+    """The weights of a step, transposed as nn.Linear holds them."""
 
     z: Tensor  # W_z (U, S * C)
     g: Tensor  # W_g (3 D, U + D)
@@ -48,12 +48,12 @@ class Weights(NamedTuple):
     logits_bias: Tensor
 
     def cast(self, like: Tensor) -> Weights:
-        """For products in another type; the LayerNorm stays as it is."""
+        """The weights in the type of `like`, except those of the LayerNorm."""
         return Weights(*(w.to(like.dtype) for w in self))._replace(gain=self.gain, shift=self.shift)
 
 
 class Step(NamedTuple):
-    """What a step leaves for the gradient, or a stack of it; the first three are its results."""
+    """A step's results (the first three) and what its gradient needs, of one step or stacked over T."""
 
     deter: Tensor  # h_t (B, D)
     stoch: Tensor  # z_t (B, S * C)
@@ -69,7 +69,7 @@ class Step(NamedTuple):
 
 def forward_step(deter: Tensor, stoch: Tensor, action: Tensor, embed: Tensor, noise: Tensor, weights: Weights,
                  epsilon: float) -> Step:
-    """One step from h_{t-1}, z_{t-1}, a_t (B, U), e_t (B, U) and noise (B, S)."""
+    """Compute a step from h_{t-1} (B, D), z_{t-1} (B, S * C), a_t and e_t (B, U), and noise (B, S)."""
     x = F.elu(torch.addmm(action, stoch.to(embed.dtype), weights.z.t()))
     joined = torch.cat([x, deter.to(embed.dtype)], -1)
     gates = torch.addmm(weights.g_bias, joined, weights.g.t()).to(deter.dtype)
@@ -83,14 +83,14 @@ def forward_step(deter: Tensor, stoch: Tensor, action: Tensor, embed: Tensor, no
 
 
 def parts(normed: Tensor) -> tuple[Tensor, Tensor, Tensor, Tensor]:
-    """[r, c, u] (B, 3 D) -> R, c, K, V."""
+    """The gates [r, c, u] (B, 3 D) -> R, c, K, V, (B, D) each."""
     reset, candidate, update = normed.chunk(3, -1)
     reset = torch.sigmoid(reset)
     return reset, candidate, torch.tanh(reset * candidate), torch.sigmoid(update - 1)
 
 
 def parts_backward(gradient: Tensor, before: Tensor, normed: Tensor) -> tuple[Tensor, Tensor]:
-    """h' (B, D), h_{t-1} and [r, c, u] -> (r', c', u'), and h' (1 - V)."""
+    """The gradient of `parts`: h' (B, D), h_{t-1} and [r, c, u] -> (r', c', u') (B, 3 D), and h' (1 - V)."""
     reset, candidate, proposal, update = parts(normed)
     to_proposal = gradient * update
     inner = aten.tanh_backward.default(to_proposal, proposal)
@@ -100,18 +100,18 @@ def parts_backward(gradient: Tensor, before: Tensor, normed: Tensor) -> tuple[Te
 
 
 class Slope(NamedTuple):
-    """The loss's derivatives in a step, or a stack of them."""
+    """The loss's derivatives in one step, or stacked over T."""
 
-    p: Tensor  # (B, U), also by a_t
-    n: Tensor  # by [r, c, u] (B, 3 D)
-    g: Tensor  # (B, 3 D)
-    q: Tensor  # (B, U), also by e_t
-    logits: Tensor  # (B, S * C)
+    p: Tensor  # p' = a' (B, U)
+    n: Tensor  # [r', c', u'] (B, 3 D)
+    g: Tensor  # g' (B, 3 D)
+    q: Tensor  # q' = e' (B, U)
+    logits: Tensor  # l' (B, S * C)
 
 
 def backward_step(step: Step, before: Tensor, to_deter: Tensor, to_stoch: Tensor, to_logits: Tensor,
                   weights: Weights) -> tuple[Slope, Tensor, Tensor]:
-    """From all that arrives at h_t, z_t and l_t; also what goes to h_{t-1} (which is `before`) and z_{t-1}."""
+    """The gradient of a step: from h', z' and l' its derivatives, and `early` at h_{t-1} (`before`) and z_{t-1}."""
     to_probs = latent.straight_through(step.probs, to_stoch.view(step.logits.shape))
     logits = (to_logits + to_probs).flatten(-2).to(step.out.dtype)
     q = elu_backward(logits @ weights.logits, step.out)
@@ -125,7 +125,7 @@ def backward_step(step: Step, before: Tensor, to_deter: Tensor, to_stoch: Tensor
 
 
 def weight_slopes(slope: Slope, kept: Step, before: Tensor, stoch: Tensor, weights: Weights) -> Weights:
-    """The sums over all steps: stacks (T, B, ...), with h_{t-1} and z_{t-1} (T, B, ...)."""
+    """The weights' gradients, summed over steps: from stacks (T, B, ...), h_{t-1} and z_{t-1} (T, B, ...)."""
     p, n, g, q, logits = (x.flatten(0, 1) for x in slope)
     inputs = (x.flatten(0, 1) for x in (stoch, kept.joined, kept.deter, kept.out))
     z, joined, deter, out = (x.to(p.dtype) for x in inputs)
@@ -138,7 +138,7 @@ def weight_slopes(slope: Slope, kept: Step, before: Tensor, stoch: Tensor, weigh
 
 
 class Steps(NamedTuple):
-    """What a scan does at each step, each way; may be compiled."""
+    """The functions of a scan's step, forwards and backwards; compile.py replaces them on a GPU."""
 
     forward: Callable[..., Step] = forward_step
     backward: Callable[..., tuple[Slope, Tensor, Tensor]] = backward_step
@@ -148,6 +148,8 @@ PLAIN = Steps()
 
 
 class _Scan(torch.autograd.Function):
+    """The loop over steps, forwards and backwards."""
+
     @staticmethod
     def forward(ctx, do, epsilon, *tensors):
         deter, stoch, action, embed, noise, *weights = (tensor.detach() for tensor in tensors)
@@ -180,9 +182,9 @@ class _Scan(torch.autograd.Function):
 
 def scan(deter: Tensor, stoch: Tensor, action: Tensor, embed: Tensor, noise: Tensor, weights: Weights, epsilon: float,
          do: Steps = PLAIN) -> tuple[Tensor, Tensor, Tensor]:
-    """h (T, B, D), z (T, B, S * C) and l (T, B, S, C) of T steps that see observations.
+    """Filter T steps: h (T, B, D), z (T, B, S * C) and the posterior's logits l (T, B, S, C).
 
-    From the state before, h (B, D) and z (B, S * C), the inputs a and e (T, B, U) and uniform noise (T, B, S).
-    epsilon: the LayerNorm's. Products are made in the type of e, all else in that of h.
+    From the state before, deter (B, D) and stoch (B, S * C), the shares of actions and images (T, B, U), and uniform
+    noise (T, B, S). epsilon: the LayerNorm's. Products are in the type of `embed`, all else in that of `deter`.
     """
     return _Scan.apply(do, epsilon, deter, stoch, action, embed, noise, *weights)

@@ -6,7 +6,14 @@ import pytest
 import torch
 import torch.nn.functional as F
 
-from curionav_cli.agents.lbs_dreamer.kernels.convolution import MANY, by_products, convolution, pixels, to_patches_of
+from curionav_cli.agents.lbs_dreamer.kernels.convolution import (
+    MANY,
+    by_products,
+    convolution,
+    transposed_of_point,
+    transposed_to_patches,
+)
+from curionav_cli.agents.lbs_dreamer.kernels.patches import pixels
 
 EPSILON = 2.0**-8  # the most by which rounding to bfloat16 changes a number, relative to it
 
@@ -50,7 +57,7 @@ def test_gradients_are_finite_differences(transposed):
 def test_patches_are_the_pixels_of_a_transposed_convolution(inputs, kernel, stride, half):
     given = tensors((1, 4, inputs, inputs), (4, 3, kernel, kernel), (3,))
     with torch.autocast("cpu", torch.bfloat16, enabled=half):
-        ours = pixels(to_patches_of(*given, stride), stride).permute(0, 2, 3, 1)
+        ours = pixels(transposed_to_patches(*given, stride), stride).permute(0, 2, 3, 1)
     truth = F.conv_transpose2d(*given, stride=stride).permute(0, 2, 3, 1)
     assert ours.dtype == (torch.bfloat16 if half else torch.float64)
     slope = torch.linspace(0, 1, truth.numel(), dtype=torch.float64).view(truth.shape)
@@ -59,6 +66,13 @@ def test_patches_are_the_pixels_of_a_transposed_convolution(inputs, kernel, stri
             assert_near(one, other, kernel, stride)
         else:
             torch.testing.assert_close(one, other, rtol=0, atol=1e-10 * float(other.abs().max()))
+
+
+def test_a_transposed_convolution_of_a_point_is_a_product():
+    given = tensors((4, 6), (6, 3, 5, 5), (3,))
+    ours, truth = transposed_of_point(*given), F.conv_transpose2d(given[0][:, :, None, None], *given[1:])
+    slope = torch.linspace(0, 1, truth.numel(), dtype=torch.float64).view(truth.shape)
+    torch.testing.assert_close(*(with_gradients(y, given, slope) for y in (ours, truth)))
 
 
 WINDOWS = pytest.mark.parametrize("transposed, size, kernel, stride", [
