@@ -248,7 +248,7 @@ def test_an_agent_that_does_not_learn_is_not_trained_and_exploring_needs_no_data
         assert answer.code == 2 and answer.error.startswith(f"agent={agent} {said}")
         assert len(answer.error.splitlines()) == 1
     answer = cli("explore", "agent=random", f"data={explored}")
-    assert answer.code == 2 and answer.error.startswith("data=... is what curionav train learns from")
+    assert answer.code == 2 and answer.error.startswith("data=... is for curionav train")
 
 
 def test_a_full_disk_ends_a_training_as_it_ends_an_exploration(

@@ -19,7 +19,7 @@ SECRET = "wJalrXUtnFEMI"
 
 @pytest.mark.parametrize(("line", "said"), [
     (("explore", "learner=remote"), "learner=remote needs a storage for robot and server: storage=file:///"),
-    (("explore", "storage=file:///x"), "add learner=remote"),
+    (("explore", "storage=file:///x"), "Add learner=remote"),
     (("explore", "learner=remote", f"storage=s3://AKIA:{SECRET}@bucket/x"), "keys and passwords do not belong into a"),
     (("explore", "learner=remote", "storage=file:///x", "agent=random"), "agent=random does not learn, so no server"),
     (("explore", "learner=remote", "storage=file:///x", "agent=cbet"), "learns only from the episode it has just run"),
