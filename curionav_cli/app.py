@@ -241,7 +241,9 @@ def main(arguments: list[str] | None = None) -> Any:
         try:
             app(arguments)
         except SystemExit as end:
-            raise end.__context__ if isinstance(end.__context__, BrokenPipeError) else end  # rich and click say 1
+            if isinstance(end.__context__, BrokenPipeError):  # for rich and click the exit code 1
+                raise Unread from end
+            raise
         finally:
             sys.stdout.flush()  # while a closed pipe can still be answered
     except (Unread, BrokenPipeError):
