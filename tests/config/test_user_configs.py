@@ -30,7 +30,7 @@ def test_the_path_variable_names_several(cli: Cli, own: Path, monkeypatch: pytes
     (second / "agent" / "stubborn.yaml").write_text(PRESET.replace("0.9", "0.1"))
     monkeypatch.setenv("CURIONAV_CONFIG_PATH", f"{own}:{second}")
     answer = cli("explore", "agent=stubborn", "--cfg", "job", "-p", "agent.repeat")
-    assert answer.out.strip() == "0.9"
+    assert answer.out.strip() == "0.9", answer
     answer = cli("explore", "-cd", "second", "agent=stubborn", "--cfg", "job", "-p", "agent.repeat")
     assert answer.out.strip() == "0.1", "--config-dir ranks before the variable"
 
