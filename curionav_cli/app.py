@@ -158,13 +158,8 @@ def main(arguments: list[str] | None = None) -> Any:
         try:
             app(arguments)
         except SystemExit as end:
-<<<<<<< HEAD
-            if isinstance(end.__context__, BrokenPipeError):  # rich and click end with 1
-                raise end.__context__ from None
-=======
             if isinstance(end.__context__, BrokenPipeError):  # for rich and click the exit code 1
                 raise Unread from end
->>>>>>> dev-au
             raise
         finally:
             sys.stdout.flush()  # here, where a closed pipe is still caught
