@@ -75,7 +75,7 @@ def test_a_wrong_keyword_is_named(maker, settings: dict, fault: type[Exception],
 
 def test_a_map_is_asked_for_as_a_keyword() -> None:
     register()
-    with pytest.raises(SceneError, match=r"or a ROS map: map='PATH\.yaml'"):
+    with pytest.raises(SceneError, match=r"needs a ROS map, map='PATH\.yaml'"):
         gymnasium.make("curionav/Map-v0")
     with pytest.raises(MapError, match=r"There is no map lost\.yaml\. map is the path"):
         gymnasium.make("curionav/Map-v0", map="lost.yaml")
