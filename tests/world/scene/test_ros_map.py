@@ -121,7 +121,7 @@ def test_files_that_are_no_map(tmp_path: Path) -> None:
     (tmp_path / "map.pgm").write_bytes(b"not a picture")
     with pytest.raises(MapError, match="is no image that can be read"):
         Scene.from_dict(*plain("map", map=str(path)))
-    with pytest.raises(SceneError, match=r"or a ROS map: env\.map=PATH\.yaml"):
+    with pytest.raises(SceneError, match=r"needs a ROS map, env\.map=PATH\.yaml"):
         Scene.from_dict(*plain("map"))
 
 
