@@ -1,4 +1,4 @@
-"""Records that rooms exchange: Pose, FloorPlan, Episode, DockReport, Surprise, Prediction, with their files.
+"""Records that layers exchange: Pose, FloorPlan, Episode, DockReport, Surprise, Prediction, with their files.
 
 Frames. x points right and y up, in metres from the lower-left corner of the scene (for a ROS map: of its image, or of
 the part of it that a large map is cropped to); yaw is counter-clockwise from +x in radians. Cell (row, column) covers
@@ -35,9 +35,9 @@ class FloorPlan:
     """The grid of a scene that a run folder keeps: enough to count coverage and to draw it.
 
     visitable, floor, solid (rows, columns) bool: cells whose centre the robot can reach; every cell of the building;
-    cells covered by a wall or furniture. cell: side of a cell, metres. radius: of the robot, metres.
+    cells covered by a wall or furniture. cell: side of a cell, radius: of the robot, metres.
     occupancy (rows, columns) int8: of a ROS map, -1 unknown, 0 free to 100 occupied; None of a scene.
-    dock: None where the robot starts at its dock.
+    start: where episodes begin; dock: None where the robot starts at its dock.
     """
 
     visitable: np.ndarray

@@ -36,7 +36,7 @@ from curionav_cli.storage.replay import Replay
 
 
 class Agent(ABC):
-    """Base of all agents: acts, keeps no memory and learns nothing, unless a method says otherwise.
+    """Base class of all agents: acts, keeps no memory and learns nothing, unless a method says otherwise.
 
     learns: `learn` does something; without it the loop keeps no replay and calls neither `learn` nor `predict`.
     on_policy: it learns only from the episode that it has just acted in, so that offline training is refused.

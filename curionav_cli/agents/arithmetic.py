@@ -1,8 +1,10 @@
-"""The choice of agent.precision=auto: which type this machine multiplies matrices fastest in.
+"""The choice of agent.precision=auto at scale=paper: which type this machine multiplies matrices fastest in.
 
-bfloat16 where the processor has instructions for it and multiplies faster in it, or on CUDA; else float32. Without
-such instructions bfloat16 is emulated, at a thirtieth of float32's rate; with AMX it has three times that rate
-(docs/performance.md). MARGIN lies far from both, so that the choice is the same in every run on a machine, busy or not.
+At scale=cpu it is float32 everywhere (build.automatic; Precision in lbs_dreamer/settings.py states the whole rule). At
+scale=paper it is bfloat16 on CUDA, or where the processor has instructions for it and multiplies faster in it; else
+float32. Without such instructions bfloat16 is emulated, at a thirtieth of float32's rate; with AMX it has three times
+that rate (docs/performance.md). MARGIN lies far from both, so that the choice is the same in every run on a machine,
+busy or not.
 """
 
 from __future__ import annotations

@@ -3,7 +3,8 @@
 States: x, y (m), yaw (rad), gyro bias (rad/s), errors of wheel scale and gyro scale (shares), so that systematic errors
 are estimated and not treated as noise. Without the gyro scale the filter was overconfident after turns of 180 degrees
 (normalised estimation error squared 4.8, expected 3). `clone_pose` appends a copy of the pose as three static states,
-so that each motion measured since then is used exactly once (stochastic cloning). Updates are in Joseph form.
+so that each motion measured since then is used exactly once (stochastic cloning, Roumeliotis and Burdick 2002). Updates
+are in Joseph form.
 """
 
 from __future__ import annotations
@@ -22,7 +23,10 @@ X0, Y0, YAW0 = range(STATES, 9)  # the cloned pose
 
 
 class Ekf:
-    """The state estimate: mean (6,), or (9,) with a cloned pose, and covariance. rejected: rejections in a row."""
+    """An extended Kalman filter: mean (6,), or (9,) with a cloned pose, covariance (6, 6) or (9, 9).
+
+    The module's docstring has the states' order and units. rejected: measurements rejected in a row.
+    """
 
     def __init__(self, mean: np.ndarray, covariance: np.ndarray):
         self.mean, self.covariance = np.array(mean, np.float64), np.array(covariance, np.float64)

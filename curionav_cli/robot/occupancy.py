@@ -20,7 +20,7 @@ BLOCK = 40  # cells; the map grows by so many at once
 
 
 class Occupancy:
-    """The grid. odds: (rows, columns) float32 log-odds, 0 where unknown; cell: metres.
+    """An occupancy grid in log-odds. odds: (rows, columns) float32 log-odds, 0 where unknown; cell: metres.
 
     Row 0, column 0 begins at `corner` (x, y) of the robot's own frame. reach: metres beyond which returns are not used.
     SAVED: the names of its arrays.

@@ -33,7 +33,7 @@ class Stored:
 
 
 class Replay:
-    """Uniform windows over all stored steps; a window never leaves its episode.
+    """A replay buffer: draws windows uniformly over all stored steps; a window never leaves its episode.
 
     every: steps for which the agent holds an action; only the frames that it acts on are kept, as observations.
     memory: bytes of frames kept in memory, of the first episodes that fit; it changes no window. The other frames are

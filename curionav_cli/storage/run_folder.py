@@ -34,7 +34,7 @@ from curionav_cli.storage.run_lock import already_in_use, is_locked, locked
 
 
 class RunFolder:
-    """The paths of a run, and reading and writing what is at them."""
+    """The folder of a run: its paths, and reading and writing what is at them."""
 
     def __init__(self, path: Path):
         self.path = Path(path)

@@ -33,11 +33,12 @@ def observations() -> spaces.Dict:
 
 
 class NavigationEnv(gymnasium.Env[Any, Any]):
-    """Navigation in one scene; a step never ends the episode. Actions: 0 forward 0.25 m, 1 left 10, 2 right 10 degrees.
+    """A Gymnasium environment of one scene. Actions: 0 forward 0.25 m, 1 left 10 degrees, 2 right 10 degrees.
 
+    A step never ends the episode. It raises ValueError for another action, ResetNeeded before the first reset.
     Observation: image (64, 64, 3) uint8 RGB, depth (64, 64) float32 metres along the optical axis, at most 10.
-    Info, of one structure in every step: pose (3,) float64 x y yaw, collided () bool, episode_index int64. What changed
-    in the world before this episode (moved objects, light) is `events`, a tuple of dicts.
+    Info, of one structure in every step: pose (3,) float64 x y yaw in metres and radians, collided () bool,
+    episode_index int64. `events`, a tuple of dicts: what changed in the world before this episode (objects, light).
     `reset(seed=s)` starts run s at the scene's start (options={"episode": k}: at its k-th episode), a plain `reset()`
     goes back to the start for the next episode; reset_mode="continue": see resets.EpisodeCounter. reward: none,
     coverage or count, the last two privileged (reward.Reward).

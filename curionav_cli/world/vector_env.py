@@ -25,8 +25,10 @@ Info = dict[str, Any]
 
 
 class NavigationVectorEnv(gymnasium.vector.VectorEnv[Any, Any, Any]):
-    """E NavigationEnvs in one: world i equals a single one with the same seed, to the byte.
+    """A Gymnasium vector environment of E worlds: world i equals a NavigationEnv with the same seed, to the byte.
 
+    Actions (E,); observation: image (E, 64, 64, 3) uint8 RGB, depth (E, 64, 64) float32 metres. A step raises
+    ValueError for other actions, ResetNeeded where a world was never reset, or has ended in mode DISABLED.
     Info holds arrays: pose (E, 3), collided (E,), episode_index (E,), and their masks `_pose`, `_collided` and so on.
     A world ends only if max_episode_steps says so. Then autoreset_mode counts: SAME_STEP puts it back to the start in
     the same step, so that every action is carried out (final_obs and final_info hold the last observation); NEXT_STEP

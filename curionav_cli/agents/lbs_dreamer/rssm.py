@@ -69,10 +69,10 @@ def gru(x: Tensor, deter: Tensor, dense: nn.Linear, norm: nn.LayerNorm) -> Tenso
 
 
 class RSSM(nn.Module):
-    """Recurrence, posterior and dynamics, with DreamerV2's layers.
+    """The recurrent state-space model: recurrence, posterior and dynamics, with DreamerV2's layers.
 
-    embed, deter, hidden, latents, classes: the letters E, D, U, S, C. steps: the functions that the scan of `observe`
-    runs at each step (kernels/rssm_scan.py; compile.py replaces them on a GPU).
+    embed, actions, deter, hidden, latents, classes: the letters E, A, D, U, S, C. steps: the functions that the scan of
+    `observe` runs at each step (kernels/rssm_scan.py; compile.py replaces them on a GPU).
     """
 
     def __init__(self, embed: int, actions: int, deter: int, hidden: int, latents: int, classes: int):
