@@ -36,7 +36,7 @@ def option(command: str, key: str, about: str) -> Any:
     def values(incomplete: str) -> list[str]:
         choices = importlib.import_module(f"curionav_cli.commands.{command}").CHOICES[key]
         return [value for value in choices if value.startswith(incomplete)]
-    return typer.Option(f"--{key}", metavar="", autocompletion=values, show_default=False, help=about)
+    return typer.Option(f"--{key}", metavar=key.upper(), autocompletion=values, show_default=False, help=about)
 
 
 def folders(metavar: str, about: str) -> Any:

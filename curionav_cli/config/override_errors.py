@@ -10,7 +10,6 @@ import shlex
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import fields, is_dataclass
-from difflib import get_close_matches
 from functools import cached_property
 from pathlib import Path
 from typing import NoReturn, get_type_hints
@@ -26,7 +25,18 @@ from omegaconf.errors import OmegaConfBaseException
 
 from curionav_cli.config import catalogue
 from curionav_cli.config.paths import as_text
-from curionav_cli.config.suggestions import closest, did_you_mean, exists, first_line, has, in_words, located, owner_of
+from curionav_cli.config.suggestions import (
+    closest,
+    did_you_mean,
+    exists,
+    first_line,
+    has,
+    in_words,
+    located,
+    near_options,
+    of_agents,
+    owner_of,
+)
 from curionav_cli.errors import ConfigError
 
 EXTRAS = {  # of pyproject.toml
@@ -100,7 +110,7 @@ class OverrideErrors:
                               f".venv/bin/pip install -c constraints.txt -e '.[{extra}]'")
         if choice in (None, "null", ""):
             raise ConfigError(f"{group} needs one of its options." + has(group, options))
-        guess = did_you_mean(get_close_matches(str(choice), options, n=2))
+        guess = did_you_mean(near_options(str(choice), options))
         raise ConfigError(f"There is no {choice} in the group {group}.{guess}" + has(group, options))
 
     def refuse_sweeps(self, overrides: list[Override]) -> None:
@@ -226,7 +236,7 @@ class OverrideErrors:
 
     def guess(self, key: str, known: list[str]) -> str:
         close = closest(key, [*known, *self.groups])
-        return did_you_mean(close) or f"\n{self.command} --help lists them all."
+        return did_you_mean(close) or of_agents(key) or f"\n{self.command} --help lists them all."
 
     def file(self, config_path: str) -> str:
         """The path of 'env/mine' on the search path; env=map for a file of ours, which is not to be mended."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import is_dataclass
+from dataclasses import fields, is_dataclass
 from difflib import get_close_matches
 from enum import Enum
 from types import NoneType, UnionType
@@ -11,6 +11,8 @@ from typing import Any, Union, get_args, get_origin, get_type_hints
 
 from omegaconf import DictConfig, ListConfig, OmegaConf
 from omegaconf.errors import OmegaConfBaseException
+
+from curionav_cli.agents.registry import AGENTS
 
 NAMES = {
     int: "a whole number", float: "a number", bool: "true or false", str: "text",
@@ -31,6 +33,19 @@ def closest(word: str, known: Iterable[str]) -> list[str]:
     names = [leaf] if leaf in leaves else [name for name in leaves if leaf in name.split("_")]
     names = names or get_close_matches(leaf, leaves, n=1, cutoff=0.7)
     return [key for name in names for key in leaves[name]]
+
+
+def near_options(choice: str, options: list[str]) -> list[str]:
+    """Options that are spelled nearly so, else those that begin with it (lbs: lbs_dreamer); at most two."""
+    longer = [name for name in options if choice and name.startswith(choice)]
+    return get_close_matches(choice, options, n=2) or longer[:2]
+
+
+def of_agents(key: str) -> str:
+    """A sentence that names the agents which have this setting; nothing where none has it."""
+    group, _, name = key.partition(".")
+    owners = [agent for agent, one in AGENTS.items() if name in {field.name for field in fields(one.settings)}]
+    return f" It is a setting of agent={', agent='.join(owners)}." if group == "agent" and owners else ""
 
 
 def did_you_mean(names: list[str]) -> str:

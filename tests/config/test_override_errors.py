@@ -42,6 +42,9 @@ TYPED = {
     "launcher=core": ["There is no core in the group launcher. Did you mean cores?"],
     "hydra/launcher=jobib": ["There is no jobib in the group hydra/launcher. Did you mean joblib?"],
     "hydra.run.foo=3": ["The settings have no key hydra.run.foo."],
+    "agent=lbs": ["There is no lbs in the group agent. Did you mean lbs_dreamer?"],
+    "agent=random agent.kl_balance=1": ["The settings have no key agent.kl_balance. It is a setting of "
+                                        "agent=lbs_dreamer."],
     "scale=huge": ["There is no huge in the group scale.", "scale has: cpu, paper."],
     "device=gpu": ["device: 'gpu' is not one of auto, cpu, cuda."],
     "compile=yes": ["compile: 'yes' is not one of auto, none, graph, fused."],
