@@ -217,13 +217,13 @@ def harmed(folder: Path, explored: Path, harm: str) -> None:
 
 
 @pytest.mark.parametrize(("harm", "words", "said"), [
-    ("", (), "data: data holds no episodes"),
+    ("", (), "data holds no episodes"),
     ("torn", (), "a.npz is not whole"),
     ("flipped", (), "a.npz is not whole"),
     ("small", (), "a.npz holds no episode: its images are uint8 (13, 32, 32, 3)"),
     ("plan", (), "plan.npz is not whole"),
     ("hole", (), "data/episodes/000001.npz is missing, and 000002.npz is there"),
-    ("", ("data=nowhere",), "data: there is no folder nowhere"),
+    ("", ("data=nowhere",), "nowhere."),
     ("", ("data=null",), "train needs data"),
     ("", ("data=DATA", "loop.iterations=0"), "loop.iterations=0 trains nothing"),
     ("", ("data=DATA", "agent.sequence_length=14"), "agent.sequence_length=14 does not fit into the longest episode"),
