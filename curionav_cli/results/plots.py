@@ -37,7 +37,7 @@ STYLES = {
     "lbs_dreamer": Look("#0b5fa5", "-", "o"), "random": Look("#8a8a8a", ":", "s"),
     "sticky": Look("#b7791f", "-.", "^"), "bounce": Look("#c2410c", "--", "D"),
     "frontier": Look("#15803d", (0, (1, 1)), "v"), "cbet": Look("#be185d", (0, (5, 1)), "P"),
-    "cbet_lifelong": Look("#7f1d1d", (0, (3, 1, 1, 1, 1, 1)), "X"), "mapper": Look("#0f766e", "-", "d"),
+    "cbet_lifelong": Look("#7f1d1d", (0, (3, 1, 1, 1, 1, 1)), "X"), "mapper": Look("#0f766e", (0, (6, 1, 3, 1)), "H"),
 }
 OTHERS = (  # for agents of other names, and for all but the first arm of one agent
     Look("#6d28d9", (0, (5, 1, 1, 1)), "<"), Look("#0e7490", (0, (2, 2)), ">"), Look("#111827", (0, (7, 2, 2, 2)), "p"),
