@@ -108,7 +108,7 @@ def refuse_broken(folder: Path) -> None:
             raise RunFolderError(f"{folder / name} is not whole (its checksum is another one). Restore it from a copy.")
 
 
-SAME = {"agent.action_repeat was null, now 1"}  # runs that are older than the setting
+SAME = {"agent.action_repeat was null, now 1", "env.scale_occupied was null, now 100"}  # runs older than the setting
 
 
 def refuse_changes(run: Path, was: dict[str, Any], now: dict[str, Any]) -> None:
