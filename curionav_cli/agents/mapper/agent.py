@@ -1,7 +1,8 @@
-"""The mapping explorer: what a roboticist would pick instead of learning (as explore_lite does in ROS).
+"""Exploration on the robot's own map, without learning and without privileges (as explore_lite does it in ROS).
 
-It knows its depth image and its pose (info["estimate"] where the robot has one, else info["pose"]), keeps an occupancy
-map for life, and takes the fewest actions to a goal on it. It never sees the scene.
+Input: the depth image and the pose (info["estimate"] where the robot has one, else info["pose"]). The agent keeps an
+occupancy map across episodes and takes the fewest actions to a goal on it (Yamauchi 1997; goals.py). It has no access
+to the scene.
 """
 
 from __future__ import annotations
@@ -29,7 +30,11 @@ PATIENCE = 50  # steps until it looks for a goal again, once there was none
 
 
 class Mapper(Agent):
-    """goal: a name of GOALS. Where none is left it goes where it was not in this episode, and looks for changes."""
+    """The agent of agent=mapper. goal: a name of GOALS.
+
+    Where no goal is left it drives to cells not visited in this episode, so that changes are seen, and searches for a goal
+    again every PATIENCE steps.
+    """
 
     def __init__(self, seed: int, camera: DepthCamera, memory: Memory, goal: str):
         super().__init__(seed)
@@ -88,7 +93,7 @@ class Mapper(Agent):
         return self._lattice(pose, ~self.memory.today).search(*self._at(pose))
 
     def _lattice(self, pose: Pose, goal: np.ndarray) -> Lattice:
-        """Headings in steps of ten degrees from where the robot believes to look: a drifting one is off the table."""
+        """The search grid; its headings are turned by what the estimated yaw is off multiples of ten degrees."""
         turned = pose.yaw - YAW[self._heading(pose)]
         return Lattice(self.memory.free, goal, self.memory.cell, turned)
 

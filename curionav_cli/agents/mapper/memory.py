@@ -1,4 +1,4 @@
-"""What the robot knows of a place: its occupancy map, and where it has been, kept across episodes.
+"""The robot's memory of a place, kept across episodes: its occupancy map, and the cells that it visited.
 
 All arrays lie on the occupancy's grid and grow with it. Obstacles fade: the map's log-odds fall where the camera sees
 the floor again, and a cell that a cancelled move closed opens when nothing is near it any more.
@@ -21,7 +21,7 @@ ALONG = np.arange(1, 11) / 10.0  # of a move, to find the cells that it passes
 
 
 class Memory:
-    """visited: cells landed on, ever; today: in this episode; passed: cells that a move went through; closed: cells
+    """Occupancy and visits on one grid. visited: cells landed on, ever; today: in this episode; passed: cells that a move went through; closed: cells
     that stopped a move. (rows, columns) bool.
 
     cell, reach, radius in metres: of the grid, of what is entered of a view, of the robot.
