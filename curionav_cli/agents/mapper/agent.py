@@ -32,8 +32,8 @@ PATIENCE = 50  # steps until it looks for a goal again, once there was none
 class Mapper(Agent):
     """The agent of agent=mapper. goal: a name of GOALS.
 
-    Where no goal is left it drives to cells not visited in this episode, so that changes are seen, and searches for a goal
-    again every PATIENCE steps.
+    Where no goal is left it drives to cells not visited in this episode, so that changes are seen, and searches for a
+    goal again every PATIENCE steps.
     """
 
     def __init__(self, seed: int, camera: DepthCamera, memory: Memory, goal: str):

@@ -21,9 +21,10 @@ ALONG = np.arange(1, 11) / 10.0  # of a move, to find the cells that it passes
 
 
 class Memory:
-    """Occupancy and visits on one grid. visited: cells landed on, ever; today: in this episode; passed: cells that a move went through; closed: cells
-    that stopped a move. (rows, columns) bool.
+    """Occupancy and visits on one grid, (rows, columns) bool each.
 
+    visited: cells landed on, ever; today: in this episode; passed: cells that a move went through; closed: cells that
+    stopped a move.
     cell, reach, radius in metres: of the grid, of what is entered of a view, of the robot.
     """
 
