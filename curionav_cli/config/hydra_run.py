@@ -30,8 +30,7 @@ def run(hydra: Hydra, plan: Plan, work: Work) -> list[Outcome]:
 def show_config(hydra: Hydra, plan: Plan, kind: str, package: str | None, resolve: bool) -> None:
     """Print the composed YAML of each job. kind: job, hydra or all; package: only the part at this key."""
     for job in plan.jobs:
-        config = hydra.compose_config(MAIN, job, RunMode.RUN)
-        if package and OmegaConf.select(config, package) is None:
+        if package and OmegaConf.select(hydra.compose_config(MAIN, job, RunMode.RUN), package) is None:
             raise ConfigError(f"The settings have no part {package}. --cfg {kind} without -p shows all.")
         if len(plan.jobs) > 1:
             sys.stdout.write("---\n")
