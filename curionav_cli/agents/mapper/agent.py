@@ -26,14 +26,14 @@ from curionav_cli.robot.occupancy import Occupancy
 from curionav_cli.world.motion import YAW
 
 STUCK = 3  # cancelled moves in a row, after which it moves at random
-PATIENCE = 50  # steps until it looks for a goal again, once there was none
+PATIENCE = 50  # searches until it looks for a goal again, once there was none
 
 
 class Mapper(Agent):
     """The agent of agent=mapper. goal: a name of GOALS.
 
     Where no goal is left it drives to cells not visited in this episode, so that changes are seen, and searches for a
-    goal again every PATIENCE steps.
+    goal again after PATIENCE searches.
     """
 
     def __init__(self, seed: int, camera: DepthCamera, memory: Memory, goal: str):
