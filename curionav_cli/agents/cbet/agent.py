@@ -27,7 +27,7 @@ from curionav_cli.agents.cbet import settings as cbet_settings
 from curionav_cli.agents.cbet.acting import actor
 from curionav_cli.agents.cbet.checkpoint import load_learner, load_memory, save_learner, save_memory
 from curionav_cli.agents.cbet.learner import Learner, build_networks
-from curionav_cli.agents.cbet.rewards import REWARDS
+from curionav_cli.agents.cbet.rewards.choose import reward_class
 from curionav_cli.agents.cbet.rewards.reward import RewardContext
 from curionav_cli.agents.cbet.transitions import Transitions
 from curionav_cli.agents.cbet.unrolls import ActingRecord, Unroll, split_episode, stack_unrolls
@@ -55,7 +55,7 @@ class CBET(Agent):
         keep_freed_memory(kept=2**29, mapped_from=2**25)
         weights_seed, reward_seed = (int(n) for n in self.rng.integers(2**62, size=2))
         networks = build_networks(hyper, torch.Generator().manual_seed(weights_seed), self.device)
-        reward = REWARDS[hyper.reward.value](RewardContext(hyper, scene, engine, seed, reward_seed), networks.reward)
+        reward = reward_class(hyper.reward)(RewardContext(hyper, scene, engine, seed, reward_seed), networks.reward)
         self.learner = Learner(hyper, networks, reward)
         self.waiting: list[Unroll] = []
         self.visited = np.zeros((hyper.environments, scene.plan.visitable.size), bool)

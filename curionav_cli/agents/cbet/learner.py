@@ -11,7 +11,8 @@ from torch import Tensor, nn
 
 from curionav_cli.agents.cbet import settings as cbet_settings
 from curionav_cli.agents.cbet.network import Memory, PolicyNetwork, initialise
-from curionav_cli.agents.cbet.rewards import REWARDS, Reward
+from curionav_cli.agents.cbet.rewards.choose import reward_class
+from curionav_cli.agents.cbet.rewards.reward import Reward
 from curionav_cli.agents.cbet.rms import RunningRMS
 from curionav_cli.agents.cbet.transitions import KINDS
 from curionav_cli.agents.cbet.unrolls import Batch
@@ -25,7 +26,7 @@ class Networks(nn.Module):
     def __init__(self, hyper: cbet_settings.CBET):
         super().__init__()
         self.policy = PolicyNetwork(hyper)
-        self.reward = REWARDS[hyper.reward.value].build(hyper)
+        self.reward = reward_class(hyper.reward).build(hyper)
         self.rms = RunningRMS(hyper.rms_momentum)
 
 
@@ -65,7 +66,7 @@ class Learner:
     def scaled(self, reward: Tensor) -> tuple[Tensor, dict[str, Tensor]]:
         """Scale rewards (T, B) by their coefficient and clip them: (T, B), and metrics."""
         hyper = self.hyper
-        coefficient = getattr(hyper.coefficient, hyper.reward.value)
+        coefficient = hyper.coefficient.get(hyper.reward.value, 1.0)
         scale = coefficient * (hyper.rms_size / self.networks.rms(reward) if hyper.normalise else 1.0)
         raw = scale * reward
         clipped = (raw.abs() > hyper.reward_clip).float().mean()

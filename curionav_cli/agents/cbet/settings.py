@@ -58,22 +58,6 @@ class Reset(Enum):
 
 
 @dataclass(frozen=True)
-class Coefficient:
-    """The factor of each reward."""
-
-    cbet: float
-    count: float
-    rnd: float
-    icm: float
-    ride: float
-    motion: float
-    count_oracle: float
-
-    def __post_init__(self) -> None:
-        bounded("agent.coefficient", self, {"cbet count rnd icm ride motion count_oracle": (-10**6, 10**6)})
-
-
-@dataclass(frozen=True)
 class CBET:
     """C-BET as released, with its siblings and controls (agent.reward)."""
 
@@ -89,7 +73,7 @@ class CBET:
     reset_prob: float
     count_teleport: bool
     # Reward
-    coefficient: Coefficient
+    coefficient: dict[str, float]  # the factor of each reward; of one that is not named here, 1
     reward_clip: float
     normalise: bool
     rms_momentum: float
@@ -121,6 +105,10 @@ class CBET:
             "value_cost entropy rnd_loss forward_loss inverse_loss": (0, 10**6),
             "clip reward_clip rms_size": (1e-8, 1e9), "lstm_layers": (1, 100), "environments": (1, 1000),
             "key_bits batch_size lstm_units": (1, 10**4), "unroll": (1, 10**6)})
+        for name, factor in self.coefficient.items():
+            if name not in Reward.__members__:
+                raise ValueError(f"agent.coefficient: no reward has the name {name}: {', '.join(Reward.__members__)}")
+            within(f"agent.coefficient.{name}", factor, least=-10**6, most=10**6)
         for name in ("conv_channels", "dense_units"):
             for number in getattr(self, name) or [0]:
                 within(f"agent.{name}", number, least=1, most=10**4)

@@ -1,5 +1,7 @@
 """One update: on-policy ratios, how losses are reduced, scale, and the rewards that learn beside the policy."""
 
+import dataclasses
+
 import numpy as np
 import pytest
 import torch
@@ -7,9 +9,10 @@ import torch.nn.functional as F
 from torch import nn
 
 from curionav_cli.agents.cbet.learner import Learner, build_networks
-from curionav_cli.agents.cbet.rewards import REWARDS
+from curionav_cli.agents.cbet.rewards.choose import reward_class
 from curionav_cli.agents.cbet.rewards.reward import RewardContext
 from curionav_cli.agents.cbet.rms import RunningRMS
+from curionav_cli.agents.cbet.settings import Reward
 from curionav_cli.agents.cbet.unrolls import Batch, stack_unrolls
 
 
@@ -18,7 +21,7 @@ def learner(small_room):
     def make(hyper, seed=0):
         networks = build_networks(hyper, torch.Generator().manual_seed(seed), torch.device("cpu"))
         context = RewardContext(hyper, small_room, "numpy", 0, 5)
-        return Learner(hyper, networks, REWARDS[hyper.reward.value](context, networks.reward))
+        return Learner(hyper, networks, reward_class(hyper.reward)(context, networks.reward))
     return make
 
 
@@ -125,7 +128,7 @@ def predicting(tiny, small_room):
                 weight.copy_(0.01 * torch.randn(weight.shape, generator=generator))
         networks = {"rnd": {"predictor": nn.Sequential(Means(), nn.Linear(2, 2)), "target": Means()}}.get(
             name, {"features": Means(), "dynamics": forward, "inverse": inverse})
-        return REWARDS[name](RewardContext(hyper, small_room, "numpy", 0, 5), nn.ModuleDict(networks))
+        return reward_class(Reward(name))(RewardContext(hyper, small_room, "numpy", 0, 5), nn.ModuleDict(networks))
     return make
 
 
@@ -170,8 +173,10 @@ def test_each_network_has_an_optimiser_and_learns(tiny, learner, batch, name, le
 
 
 def test_rewards_with_counts_and_without(tiny, small_room, walk):
-    rewards = {name: REWARDS[name](RewardContext(tiny(reward=name), small_room, "numpy", 0, 5), nn.ModuleDict())
-             for name in ("count", "ride", "motion", "count_oracle", "rnd")}
+    def made(name):
+        return reward_class(Reward(name))(RewardContext(tiny(reward=name), small_room, "numpy", 0, 5), nn.ModuleDict())
+
+    rewards = {name: made(name) for name in ("count", "ride", "motion", "count_oracle", "rnd")}
     transitions = walk([0, 1, 2, 1, 2])
     bonus = {name: reward.episode_bonus(transitions)[0] for name, reward in rewards.items()}
     root, third = 2**-0.5, 3**-0.5
@@ -195,3 +200,16 @@ def test_unrolls_side_by_side_are_time_first(agent, room):
     assert (batch.image[5, 7].numpy() == episode.image[0]).all()
     assert batch.action[:, 4].tolist() == episode.action[:5].tolist()
     assert not batch.hidden[:, 4].any() and batch.hidden[:, 5].any()
+
+
+def test_every_reward_is_one_file_and_one_name():
+    classes = {reward_class(name) for name in Reward}
+    assert len(classes) == len(Reward)
+
+
+def test_a_reward_without_a_coefficient_is_used_as_it_is(tiny, learner):
+    made = learner(dataclasses.replace(tiny(reward="motion", reward_clip=9.0), coefficient={}))
+    scaled, _ = made.scaled(torch.tensor([[0.5, 0.0]]))
+    assert scaled.tolist() == [[0.5, 0.0]]
+    with pytest.raises(ValueError, match="no reward has the name rdn"):
+        tiny(coefficient={"rdn": 1.0})

@@ -1,4 +1,4 @@
-"""The rooms of the house, ground floor first: a module imports only from floors below, or its own room."""
+"""The layers of the package, lowest first: a module imports only from layers below, or from its own."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import pytest
 
 import curionav_cli
 
-ROOMS = (
+LAYERS = (
     "errors", "constants", "geometry", "bounds", "safe_yaml", "files", "records", "world", "robot", "storage", "agents",
     "remote", "loop", "results", "config", "build", "execution", "commands", "app",
 )
@@ -23,10 +23,10 @@ def name_of(path: Path) -> str:
     return ".".join(part for part in parts if part != "__init__")
 
 
-def room_of(module: str) -> str:
+def layer_of(module: str) -> str:
     """'config.schema.Env' -> 'config.schema', 'agents.lbs_dreamer.rssm' -> 'agents'."""
     first, second = (module.split(".") + [""])[:2]
-    return f"{first}.{second}" if f"{first}.{second}" in ROOMS else first
+    return f"{first}.{second}" if f"{first}.{second}" in LAYERS else first
 
 
 def imports(path: Path) -> set[str]:
@@ -41,29 +41,29 @@ def imports(path: Path) -> set[str]:
     return found
 
 
-def own_rooms(names: set[str]) -> set[str]:
+def own_layers(names: set[str]) -> set[str]:
     inside = {name.removeprefix("curionav_cli.") for name in names if name.startswith("curionav_cli.")}
-    return {room_of(name) for name in inside - {"__version__"}}
+    return {layer_of(name) for name in inside - {"__version__"}}
 
 
 def test_an_upward_import_would_be_seen(tmp_path: Path) -> None:
     module = tmp_path / "module.py"
     module.write_text("def late():\n    from curionav_cli.commands import explore\n")
-    assert own_rooms(imports(module)) == {"commands"}
+    assert own_layers(imports(module)) == {"commands"}
 
 
 @pytest.mark.parametrize("path", MODULES, ids=name_of)
-def test_imports_only_from_floors_below(path: Path) -> None:
-    room = room_of(name_of(path))
-    assert room in ROOMS, f"{room} is not a room of the house"
-    for used in own_rooms(imports(path)):
-        assert used in ROOMS, f"{name_of(path)} imports {used}, which is no room"
-        assert ROOMS.index(used) <= ROOMS.index(room), f"{name_of(path)} imports upward: {used}"
+def test_imports_only_from_layers_below(path: Path) -> None:
+    layer = layer_of(name_of(path))
+    assert layer in LAYERS, f"{layer} is not a layer"
+    for used in own_layers(imports(path)):
+        assert used in LAYERS, f"{name_of(path)} imports {used}, which is no layer"
+        assert LAYERS.index(used) <= LAYERS.index(layer), f"{name_of(path)} imports upward: {used}"
 
 
 @pytest.mark.parametrize("library", LENT)
-def test_a_heavy_library_stays_in_its_room(library: str) -> None:
-    users = {room_of(name_of(path)) for path in MODULES
+def test_a_heavy_library_stays_in_its_layer(library: str) -> None:
+    users = {layer_of(name_of(path)) for path in MODULES
              if any(name == library or name.startswith(f"{library}.") for name in imports(path))}
     assert users <= set(LENT[library])
 
@@ -79,6 +79,6 @@ def test_schema_needs_the_standard_library_only(module: str) -> None:
     assert used <= allowed
 
 
-def test_no_drawer_without_a_name() -> None:
-    drawers = {"utils", "common", "helpers", "misc", "tools"}
-    assert not [path for path in PACKAGE.rglob("*") if path.stem in drawers]
+def test_no_module_has_a_name_that_says_nothing() -> None:
+    empty_names = {"utils", "common", "helpers", "misc", "tools"}
+    assert not [path for path in PACKAGE.rglob("*") if path.stem in empty_names]
