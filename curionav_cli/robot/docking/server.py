@@ -5,8 +5,8 @@ between attempts. One tick is a short motion (0.1 or 0.2 s) and gives feedback; 
 another goal, and the wheels stand still in each case.
 
 What happens when docking fails (`_dock_robot`): the phase raises AttemptFailed, and the next attempt begins from the
-place of the next recovery (recoveries.py). Where no recovery is left, or DockingAborted is raised (empty battery, silent
-sensor, hazard, deadline), the goal is aborted with a Code, and a person carries the robot (return_to_dock.py).
+place of the next recovery (recoveries.py). Where no recovery is left, or DockingAborted is raised (empty battery,
+silent sensor, hazard, deadline), the goal is aborted with a Code, and a person carries the robot (return_to_dock.py).
 """
 
 from __future__ import annotations
