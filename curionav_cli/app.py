@@ -59,7 +59,7 @@ def command_with_settings(name: str, about: str) -> None:
 
 command_with_settings("explore", "Run an agent, store its episodes and draw its coverage.")
 command_with_settings("train", "Train an agent offline on stored episodes: data=RUN loop.iterations=2000; "
-                               "or for a robot elsewhere: storage=URL --follow.")
+                               "or as the learner of a remote robot: storage=URL --follow.")
 command_with_settings("dock", "Test the return to dock: explore for an episode, drive home and dock, dock.requests "
                               "times.")
 command_with_settings("sheet", "Draw a world: floor plan, view from above, camera images and depth.")
@@ -114,7 +114,7 @@ def resume(folder: opt.BegunFolder, changes: opt.Changes = None, failed: opt.Fai
 def coverage(words: opt.CoverageFolders = None, marking: opt.CoverageMarking = None,
              denominator: opt.CoverageDenominator = None, episodes: opt.Episodes = None, film: opt.Film = None,
              out: opt.CoverageOut = None) -> None:
-    """Count the coverage of runs again by every rule, and draw it; paths, films and predictions too."""
+    """Recompute the coverage of runs by every cell-marking rule and draw it; also paths, films and predictions."""
     command_with_words("coverage", words, marking=marking, denominator=denominator, episodes=episodes, film=film,
                        out=out)
 

@@ -1,4 +1,4 @@
-"""curionav train: offline training on stored episodes, or training for a robot elsewhere.
+"""curionav train: offline training on stored episodes, or training as the learner of a remote robot.
 
 loop.iterations is the total. A checkpoint follows every hundredth iteration, the K of the paper, as it follows every
 episode of an exploration.

@@ -40,7 +40,7 @@ def serve(settings: Config, folder: Path) -> RunFolder:
 
 
 class Service(Exploration):
-    """Learning from the episodes of a robot elsewhere (lifecycle.Task)."""
+    """Learning from the episodes of a remote robot (lifecycle.Task)."""
 
     def __init__(self, settings: Config, folder: Path):
         super().__init__(settings, folder)

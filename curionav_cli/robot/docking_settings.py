@@ -12,8 +12,8 @@ class Recovery(Enum):
     """What is tried after a failed attempt, each followed by another one. Places are relative to the estimated dock.
 
     rescan: from where the robot stands. back_off, back_off_far: from 0.5 or 1 m farther out. sidestep_left,
-    sidestep_right: from 0.5 m to the dock's left or right. restage: from the staging pose again. search: from places in
-    an arc, until infrared light is seen.
+    sidestep_right: from 0.5 m to the dock's left or right. restage: from the staging pose again. search: from five
+    places in an arc, one attempt each.
     """
 
     rescan = "rescan"

@@ -57,7 +57,7 @@ class RobotEnv(gymnasium.Wrapper):
         self._restored = None
         _, info = self.env.reset(seed=seed, options=options)
         self._episode = int(info["episode_index"])
-        self.body.place(self.env.now, self._start_pose())
+        self.body.place(self.env.now, self._start_pose())  # docked, or carried by a person where docking failed
         self.localiser.leave_dock(self.env.scene.plan.start)
         self.body.battery.charge()
         self.map = Occupancy()

@@ -33,7 +33,7 @@ class ReturnToDock:
         self._error: Pose | None = None
 
     def run(self) -> DockReport:
-        """Return and dock. Where that fails a person carries the robot, and the report says so (human=True)."""
+        """Return and dock; human=True in the report where that failed, so that a person has to carry the robot."""
         start = self.base.true_pose()
         code, text = self.client.send_goal_and_wait(Goal(self.dock), self._on_feedback)
         server = self.server

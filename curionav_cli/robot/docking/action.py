@@ -20,11 +20,11 @@ from typing import Any, NamedTuple
 from curionav_cli.records import Pose
 from curionav_cli.robot.measurements import Signals
 
-NOT_IN_NAV2 = 999  # the number of a failure that Nav2 does not name; no further attempt is made
+NOT_IN_NAV2 = 999  # Nav2's UNKNOWN, for failures that it does not name; no further attempt is made
 
 
 class Code(Enum):
-    """How a return to dock ends, with the number of Nav2's docking server (0 success, 999 unknown to Nav2)."""
+    """How a return to dock ends, with the number of Nav2's docking server (0 success, 999 Nav2's UNKNOWN)."""
 
     docked = 0
     nav_timeout = 903, "the staging pose was not reached in time"

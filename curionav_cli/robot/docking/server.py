@@ -4,9 +4,11 @@ Phases: nav_to_staging -> acquire -> approach -> contact -> wait_for_charge -> d
 between attempts. One tick is a short motion (0.1 or 0.2 s) and gives feedback; a goal ends with a result, a cancel or
 another goal, and the wheels stand still in each case.
 
-What happens when docking fails (`_dock_robot`): the phase raises AttemptFailed, and the next attempt begins from the
-place of the next recovery (recoveries.py). Where no recovery is left, or DockingAborted is raised (empty battery,
-silent sensor, hazard, deadline), the goal is aborted with a Code, and a person carries the robot (return_to_dock.py).
+What happens when docking fails (`_dock_robot`): a phase raises AttemptFailed (staging pose not reached, no infrared
+light, light lost, approach too long, too many bumps, no current), and the next attempt begins from the place of the
+next recovery: the profile lists them in docking.recoveries (recoveries.py). The goal is aborted with a Code where none
+is left, or at once by DockingAborted (empty battery, silent sensor, hazard, deadline). Then RobotEnv.reset (env.py)
+puts the robot onto the dock, as a person would, and the report says human=True.
 """
 
 from __future__ import annotations

@@ -111,8 +111,8 @@ def kl(left: Tensor, right: Tensor, to_left: float = 1.0, to_right: float = 1.0)
 def balanced_kl(posterior: Tensor, prior: Tensor, balance: float, free_nats: float) -> Tensor:
     """KL balancing with free nats (DreamerV2, algorithm 2): logits (..., S, C) -> scalar.
 
-    `balance` of the gradient goes to the prior, the rest to the posterior. The free nats are taken
-    off the mean over batch and time; the two terms have the same mean, so that is one clamp.
+    `balance` of the gradient goes to the prior, the rest to the posterior. The mean over batch and time is clamped from
+    below at `free_nats`; the two terms have the same mean, so that is one clamp.
     """
     return kl(posterior, prior, 1 - balance, balance).mean().clamp(min=free_nats)
 
