@@ -60,6 +60,8 @@ def command_with_settings(name: str, about: str) -> None:
 command_with_settings("explore", "Run an agent, store its episodes and draw its coverage.")
 command_with_settings("train", "Train an agent offline on stored episodes: data=RUN loop.iterations=2000; "
                                "or as the learner of a remote robot: storage=URL --follow.")
+command_with_settings("evaluate", "Run a trained agent, which does not learn, in the same or another world: "
+                                  "curionav evaluate RUN env=apartment_1.")
 command_with_settings("dock", "Test the return to dock: explore for an episode, drive home and dock, dock.requests "
                               "times.")
 command_with_settings("sheet", "Draw a world: floor plan, view from above, camera images and depth.")

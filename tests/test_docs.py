@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 import shlex
+import shutil
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
@@ -17,6 +18,7 @@ from office import write_two_rooms
 from curionav_cli.commands import compare, coverage, doctor, init, listing, paper, resume, runs
 from curionav_cli.commands.arguments import one_of, sorted_out
 from curionav_cli.config import compose
+from curionav_cli.config.settings import settings_yaml
 from curionav_cli.execution import launch
 from curionav_cli.storage.run_folder import RunFolder
 
@@ -24,10 +26,9 @@ ROOT = Path(__file__).resolve().parents[1]
 INDEX = ROOT / "docs" / "index.md"
 DOCS = sorted((ROOT / "docs").rglob("*.md"))
 PAGES = [ROOT / "README.md", *DOCS]
-TYPED = ("README.md", "docs/index.md", "docs/run-folder.md", "docs/maps.md")
+TYPED = ("README.md", "docs/index.md", "docs/run-folder.md", "docs/maps.md", "docs/evaluate.md")
 FENCE = re.compile(r"^```.*?^```$", re.MULTILINE | re.DOTALL)
 LINK = re.compile(r"\]\(([^)\s]+)\)")
-SETTINGS = "env: {name: small_room}\nagent: {name: random}\nrobot: {name: ideal}\nseed: 0\nscale: cpu\n"
 
 
 def prose(page: Path) -> str:
@@ -82,9 +83,12 @@ def typed(cli: Cli, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, an_episode,
     """The entry point up to the moment when something would run, beside a map and the runs that pages name."""
     write_two_rooms(tmp_path)
     run = RunFolder(tmp_path / "outputs" / "DATE" / "RUN")
-    run.create(SETTINGS, {"env": {"name": "small_room"}}, {}, a_plan())
+    run.create(settings_yaml(compose.composed("explore")), {"env": {"name": "small_room"}}, {}, a_plan())
     run.save_episode(0, replace(an_episode(steps=100), action=np.zeros(100, np.int64)))  # actions are held
-    (tmp_path / "outputs" / "DATE" / "SWEEP").mkdir()
+    (run.checkpoints / "000001").mkdir(parents=True)
+    (run.checkpoints / "000001" / "done").touch()
+    for name in ("0_small_room_lbs_dreamer_0", "1_small_room_lbs_dreamer_1"):
+        shutil.copytree(run.path, tmp_path / "outputs" / "DATE" / "SWEEP" / name)
     monkeypatch.setattr(launch, "run_plan", lambda *_: 0)
     monkeypatch.setattr(compose, "COMPOSED", 1)  # of a sweep each value once
     for name, module in {"coverage": coverage, "compare": compare, "runs": runs, "paper": paper}.items():

@@ -90,6 +90,13 @@ class Agent(ABC):
         Raises WeightsRefused, and changes nothing, where they do not fit this agent, are broken or not finite.
         """
 
+    def load_weights(self, folder: Path) -> None:
+        """Take what an agent of the same settings learned from its checkpoint, to act and predict in any world.
+
+        Random state and all that belongs to one world (counts, maps) stay this agent's own.
+        Raises RunFolderError where a file is missing or broken, or belongs to an agent of other settings.
+        """
+
     def report(self) -> dict[str, float]:
         """Metrics of the episode that has just ended, for metrics.jsonl; none by default."""
         return {}

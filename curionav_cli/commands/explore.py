@@ -28,6 +28,8 @@ def check(settings: Config) -> None:
     """Check what the schema cannot: that the scene loads and sequences fit into an episode. Raises UserError."""
     if settings.data:
         raise ConfigError("data=... is for curionav train; curionav explore records its own episodes. Leave it out.")
+    if settings.weights:
+        raise ConfigError("weights=... is for curionav evaluate, which does not learn. Leave it out.")
     build.scene(settings)
     build.check(settings)
     build.check_lengths(settings)

@@ -16,7 +16,7 @@ from typing import Any
 
 import yaml
 
-from curionav_cli.commands import dock, explore, train
+from curionav_cli.commands import dock, evaluate, explore, train
 from curionav_cli.config.compose import pin
 from curionav_cli.config.search import NOTE, noted
 from curionav_cli.config.settings import read_settings
@@ -33,8 +33,8 @@ LONGER = "hydra.sweeper.n_trials"  # of a search, whose runs must stay equally l
 PINNED = ("hydra.sweep.dir", "hydra.run.dir", "hydra.mode")
 STORAGE = ("storage", *(f"remote.{field.name}" for field in fields(Remote)))  # where the storage is, and how it is used
 MAY_CHANGE = {"explore": ("loop.episodes", *ANY, *STORAGE), "train": ("loop.iterations", "data", *ANY, *STORAGE),
-              "dock": ("dock.requests", *ANY)}
-COMMANDS = {"explore": explore, "train": train, "dock": dock}
+              "dock": ("dock.requests", *ANY), "evaluate": ("loop.episodes", "weights", *ANY)}
+COMMANDS = {"explore": explore, "train": train, "dock": dock, "evaluate": evaluate}
 
 
 def run(folder: Path, changes: list[str], failed: bool = False) -> int:

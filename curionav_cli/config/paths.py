@@ -15,7 +15,7 @@ from curionav_cli.config import catalogue
 from curionav_cli.config.schema import Config
 from curionav_cli.files import place
 
-SETTINGS = ("env.map", "env.overlay", "data", "storage", "hydra.run.dir", "hydra.sweep.dir")
+SETTINGS = ("env.map", "env.overlay", "data", "weights", "storage", "hydra.run.dir", "hydra.sweep.dir")
 
 
 def as_typed(hydra: Hydra, word: str) -> str:
@@ -55,4 +55,4 @@ def rooted(settings: Config, start: Path) -> Config:
     def absolute(path: str | None) -> str | None:
         return str((start / place(path)).resolve()) if path else None
     env = replace(settings.env, map=absolute(settings.env.map), overlay=absolute(settings.env.overlay))
-    return replace(settings, env=env, data=absolute(settings.data))
+    return replace(settings, env=env, data=absolute(settings.data), weights=absolute(settings.weights))

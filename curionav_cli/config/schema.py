@@ -99,6 +99,7 @@ class Config:
     dock: Dock = field(default_factory=Dock)
     question: str | None = None  # of a sweep, in a sentence; it opens the page that compare writes
     logger: Logger = Logger.local  # runs of earlier versions do not record it
+    weights: str | None = None  # curionav evaluate: the folder of the run whose agent is evaluated
 
     def __post_init__(self) -> None:
         within("seed", self.seed, least=0, most=2**32 - 1)

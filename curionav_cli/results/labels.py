@@ -19,17 +19,20 @@ from pathlib import Path
 from typing import Any
 
 Settings = dict[str, Any]
+ARM = ("agent", "robot", "loop", "trained")
+TRAINING = ("training seed", "checkpoint (sha256)")  # of an evaluation: these differ within an arm
 ABSENT = "?"  # written by a version that did not have this setting
 
 
 def arm_settings(fixed: Settings) -> Settings:
-    """Settings that make the arm, by dotted keys: agent, robot, steps and iterations."""
-    return flat({key: value for key, value in fixed.items() if key in ("agent", "robot", "loop")})
+    """Settings that make the arm, by dotted keys: agent, robot, steps, iterations; where and how long it was trained
+    before an evaluation."""
+    return flat({key: value for key, value in fixed.items() if key in ARM})
 
 
 def world_settings(fixed: Settings) -> Settings:
     """Settings that make the world, by dotted keys; where the learner ran is not among them."""
-    rest = {key: value for key, value in fixed.items() if key not in ("agent", "robot", "loop", "seed", "learner")}
+    rest = {key: value for key, value in fixed.items() if key not in (*ARM, "seed", "learner", *TRAINING)}
     return {key: value for key, value in flat(rest).items() if key not in ("env.engine", "env.note")}
 
 

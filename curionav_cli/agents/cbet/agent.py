@@ -33,6 +33,7 @@ from curionav_cli.agents.cbet.transitions import Transitions
 from curionav_cli.agents.cbet.unrolls import ActingRecord, Unroll, split_episode, stack_unrolls
 from curionav_cli.agents.device import keep_freed_memory, repeatable, resolve_device
 from curionav_cli.agents.meter import Meter, finite
+from curionav_cli.agents.weights import load_weights
 from curionav_cli.errors import RunFailed
 from curionav_cli.records import Episode
 from curionav_cli.storage.replay import Replay
@@ -129,6 +130,11 @@ class CBET(Agent):
         super().load(folder)
         load_learner(self.learner, folder)
         self.waiting, self.visited = load_memory(self.learner, folder)
+        self.begin()
+
+    def load_weights(self, folder: Path) -> None:
+        """Take all networks from a checkpoint; counts begin anew. Raises RunFolderError as load_weights does."""
+        load_weights(self.learner.networks, folder)
         self.begin()
 
 

@@ -25,7 +25,7 @@ from curionav_cli.agents.lbs_dreamer.open_loop import predict_episode
 from curionav_cli.agents.lbs_dreamer.rssm import State
 from curionav_cli.agents.lbs_dreamer.world_model import Sequences
 from curionav_cli.agents.meter import Meter, finite
-from curionav_cli.agents.weights import overwrite, pack, unpack
+from curionav_cli.agents.weights import load_weights, overwrite, pack, unpack
 from curionav_cli.constants import IMAGE_SHAPE, Stream
 from curionav_cli.errors import ConfigError, WeightsRefused
 from curionav_cli.records import Episode, FloorPlan, Prediction
@@ -164,6 +164,11 @@ class LBSDreamer(Agent):
         """Restore what `save` wrote. Raises RunFolderError as `load_learner` does."""
         super().load(folder)
         load_learner(self.learner, folder)
+        self.begin()
+
+    def load_weights(self, folder: Path) -> None:
+        """Take all networks from a checkpoint. Raises RunFolderError as weights.load_weights does."""
+        load_weights(self.learner.networks, folder)
         self.begin()
 
     def _batches(self, replay: Replay, count: int) -> Iterator[Sequences]:

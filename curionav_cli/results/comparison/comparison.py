@@ -94,7 +94,7 @@ def field_of(env: str, arms: dict[RunSummary, str], left_out: dict[RunSummary, s
     short = [run for run in runs if run.steps < horizon]
     left_out |= {run: f"{run.steps:,} steps, and {horizon:,} are compared" for run in short}
     field = Field(env, horizon, {})
-    for run in sorted(set(runs) - set(short), key=lambda run: run.seed):
+    for run in sorted(set(runs) - set(short), key=lambda run: (isinstance(run.seed, str), run.seed)):
         field.arms.setdefault(arms[run], []).append(run)
     return field
 

@@ -24,13 +24,13 @@ class RunSummary:
 
     env: its name and map. ends: (E + 1,) steps after 0 to E episodes. budget: what was spent by then, (E + 1,) of
     each part, nan where it is not known. whole: it is done, and no episode is missing. gaps: what is missing, a
-    line each.
+    line each. seed: of an evaluation "trained run's / its own", as in "3 / 0".
     """
 
     folder: Path
     env: Settings
     agent: str
-    seed: int
+    seed: int | str
     preset: str
     arm: Settings
     world: Settings
@@ -81,6 +81,7 @@ def read(folder: Path, rule: str, denominator: str) -> RunSummary:
     ends = np.array(found.ends)
     budget = {key: np.append(sums, np.full(max(0, len(ends) - len(sums)), np.nan))
               for key, sums in spent(metrics).items()}
-    return RunSummary(folder, run.config["env"], run.agent, run.seed, run.preset, arm_settings(fixed),
+    seed = f"{fixed['training seed']} / {run.seed}" if "training seed" in fixed else run.seed
+    return RunSummary(folder, run.config["env"], run.agent, seed, run.preset, arm_settings(fixed),
                       world_settings(fixed),
                       found.curve, ends, budget, state, error, state == "done" and not found.lost, found.gaps)

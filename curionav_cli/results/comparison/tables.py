@@ -23,7 +23,7 @@ PAIRS = (("env", "env", "{}"), ("arm", "arm", "{}"), ("minus", "minus", "{}"), (
          ("difference of the area", "difference", "{:+#.3g}"), ("p", "p", "{:.2g}"),
          ("probability of improvement", "improvement", "{:.2f}"))
 
-RUNS = (("env", "env", "{}"), ("arm", "arm", "{}"), ("seed", "seed", "{:,}"), ("state", "state", "{}"),
+RUNS = (("env", "env", "{}"), ("arm", "arm", "{}"), ("seed", "seed", "{}"), ("state", "state", "{}"),
         ("coverage", "coverage", "{:.1%}"), ("area", "area_under_curve", "{:#.3g}"), ("steps", "steps", "{:,}"),
         ("to 50 %", "steps_to_50", "{:,}"), ("to 80 %", "steps_to_80", "{:,}"), ("to 90 %", "steps_to_90", "{:,}"),
         ("CPU s", "cpu_seconds", "{:,.1f}"), ("left out", "left_out", "{}"), ("gaps", "gaps", "{}"),
