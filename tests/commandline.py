@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 from entry import Answer, Cli
+from paint import unpainted
 
 from curionav_cli.app import main
 
@@ -23,3 +25,10 @@ def cli(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureF
         return Answer(int(stop.value.code or 0), seen.out, seen.err)
 
     return call
+
+
+@pytest.fixture
+def blank_figures() -> Iterator[None]:
+    """For tests that look at no figure."""
+    with unpainted():
+        yield

@@ -15,7 +15,7 @@ from dataclasses import dataclass
 from curionav_cli.agents.agent import Agent
 from curionav_cli.bounds import within
 
-
+pytestmark = pytest.mark.usefixtures("blank_figures")
 @dataclass(frozen=True)
 class Settings:
     """Turns left every so many steps."""

@@ -1,11 +1,8 @@
 """Killed by SIGKILL at any moment, a resumed run ends as one without interruption, byte for byte on CPU."""
 
 import json
-import os
 import shutil
 import signal
-import subprocess
-import sys
 
 import pytest
 from deadly import DEADLY
@@ -32,15 +29,10 @@ app.main()
 """
 
 
-def curionav(*words, program=("-m", "curionav_cli")):
-    environment = {**os.environ, "OMP_NUM_THREADS": "1", "NO_COLOR": "1"}
-    return subprocess.run([sys.executable, *program, *words], capture_output=True, text=True, env=environment)
-
-
 @pytest.fixture(scope="module")
-def undisturbed(tmp_path_factory):
+def undisturbed(tmp_path_factory, warm):
     run = tmp_path_factory.mktemp("undisturbed") / "run"
-    done = curionav("explore", *LEARNER, f"hydra.run.dir={run}")
+    done = warm("explore", *LEARNER, f"hydra.run.dir={run}")
     assert done.returncode == 0, done.stderr
     return leftovers(run)
 
@@ -52,12 +44,12 @@ def test_predictions_are_among_its_files(undisturbed):
 
 
 @pytest.mark.parametrize("moment", ["acting", "predicting", "training", "saving", "between", "drawing"])
-def test_a_killed_run_ends_as_an_undisturbed_one(tmp_path, undisturbed, moment):
+def test_a_killed_run_ends_as_an_undisturbed_one(tmp_path, undisturbed, moment, warm):
     run = tmp_path / "run"
-    killed = curionav(moment, "explore", *LEARNER, f"hydra.run.dir={run}", program=("-c", KILLED))
+    killed = warm(moment, "explore", *LEARNER, f"hydra.run.dir={run}", program=KILLED)
     assert killed.returncode == -signal.SIGKILL, killed.stderr
     assert json.loads((run / "status.json").read_text())["state"] == "running"
-    resumed = curionav("resume", str(run))
+    resumed = warm("resume", str(run))
     assert resumed.returncode == 0, resumed.stderr
     finished = 4 if moment == "drawing" else 2
     assert f"goes on after {finished} finished episodes" in resumed.stdout
@@ -66,12 +58,12 @@ def test_a_killed_run_ends_as_an_undisturbed_one(tmp_path, undisturbed, moment):
     assert [name for name in ours if ours[name] != undisturbed[name]] == []
 
 
-def test_the_memory_of_the_replay_changes_no_result_and_may_change(tmp_path, undisturbed):
+def test_the_memory_of_the_replay_changes_no_result_and_may_change(tmp_path, undisturbed, warm):
     run, frame = tmp_path / "run", 64 * 64 * 3
     words = (*LEARNER, "loop.replay_memory=0", f"hydra.run.dir={run}")
-    killed = curionav("training", "explore", *words, program=("-c", KILLED))
+    killed = warm("training", "explore", *words, program=KILLED)
     assert killed.returncode == -signal.SIGKILL, killed.stderr
-    resumed = curionav("resume", str(run), f"loop.replay_memory={20 * frame / 1e9}")
+    resumed = warm("resume", str(run), f"loop.replay_memory={20 * frame / 1e9}")
     assert resumed.returncode == 0, resumed.stderr
     ours = leftovers(run)
     assert [name for name in ours if ours[name] != undisturbed[name]] == ["replay"]
@@ -80,19 +72,27 @@ def test_the_memory_of_the_replay_changes_no_result_and_may_change(tmp_path, und
     assert undisturbed["replay"] == {**used, "bytes_in_memory": 52 * frame, "bytes_on_disk": 0}
 
 
-def test_a_finished_run_returns_at_once_and_more_episodes_go_on_from_it(tmp_path, undisturbed):
+def test_a_finished_run_returns_at_once_and_more_episodes_go_on_from_it(tmp_path, undisturbed, warm):
     run = tmp_path / "run"
     short = [word for word in LEARNER if not word.startswith("loop.episodes")]
-    assert curionav("explore", *short, "loop.episodes=2", f"hydra.run.dir={run}").returncode == 0
+    assert warm("explore", *short, "loop.episodes=2", f"hydra.run.dir={run}").returncode == 0
     before = {path: path.stat().st_mtime_ns for path in run.rglob("*") if path.is_file() and ".hydra" not in path.parts}
-    again = curionav("resume", str(run))
+    again = warm("resume", str(run))
     assert again.returncode == 0 and "2/2" not in again.stdout
     assert {path: path.stat().st_mtime_ns for path in before if path.suffix == ".npz"} == \
         {path: time for path, time in before.items() if path.suffix == ".npz"}
-    longer = curionav("resume", str(run), "loop.episodes=4")
+    longer = warm("resume", str(run), "loop.episodes=4")
     assert longer.returncode == 0, longer.stderr
     ours = leftovers(run)
     assert [name for name in ours if ours[name] != undisturbed[name]] == []
+
+
+@pytest.fixture(scope="module")
+def finished(tmp_path_factory, warm):
+    run = tmp_path_factory.mktemp("finished") / "run"
+    words = ("agent=random", "loop.steps=5", "loop.episodes=2", f"hydra.run.dir={run}")
+    assert warm("explore", *words).returncode == 0
+    return run
 
 
 @pytest.mark.parametrize(("harm", "said"), [
@@ -102,40 +102,38 @@ def test_a_finished_run_returns_at_once_and_more_episodes_go_on_from_it(tmp_path
     (lambda run: [path.write_text("{") for path in run.glob("checkpoint/*/rng.json")], "000002/rng.json is not whole"),
     (lambda run: shutil.rmtree(run / "checkpoint"), "checkpoint holds no whole checkpoint"),
 ])
-def test_a_broken_run_is_refused_in_one_line(tmp_path, harm, said):
-    run = tmp_path / "run"
-    words = ("agent=random", "loop.steps=5", "loop.episodes=2", f"hydra.run.dir={run}")
-    assert curionav("explore", *words).returncode == 0
+def test_a_broken_run_is_refused_in_one_line(tmp_path, finished, harm, said, warm):
+    run = shutil.copytree(finished, tmp_path / "run")
     harm(run)
-    refused = curionav("resume", str(run), "loop.episodes=3")
+    refused = warm("resume", str(run), "loop.episodes=3")
     assert refused.returncode == 2 and said in refused.stderr
     assert len(refused.stderr.strip().splitlines()) == 1, refused.stderr
 
 
-def test_what_is_not_a_run_is_named(tmp_path):
-    nothing = curionav("resume", str(tmp_path / "nowhere"))
+def test_what_is_not_a_run_is_named(tmp_path, warm):
+    nothing = warm("resume", str(tmp_path / "nowhere"))
     assert nothing.returncode == 2 and "There is no folder" in nothing.stderr
-    empty = curionav("resume", str(tmp_path))
+    empty = warm("resume", str(tmp_path))
     assert empty.returncode == 2 and "holds no run" in empty.stderr
 
 
-def test_a_run_of_held_actions_is_resumed_as_well(tmp_path):
+def test_a_run_of_held_actions_is_resumed_as_well(tmp_path, warm):
     """Five steps an action, and episodes of twelve: two steps of each are not learned from."""
     changed = {"agent.action_repeat=1": "agent.action_repeat=5", "agent.sequence_length=8": "agent.sequence_length=3"}
     words = [changed.get(word, word) for word in LEARNER]
-    assert curionav("explore", *words, f"hydra.run.dir={tmp_path / 'quiet'}").returncode == 0
-    killed = curionav("training", "explore", *words, f"hydra.run.dir={tmp_path / 'run'}", program=("-c", KILLED))
+    assert warm("explore", *words, f"hydra.run.dir={tmp_path / 'quiet'}").returncode == 0
+    killed = warm("training", "explore", *words, f"hydra.run.dir={tmp_path / 'run'}", program=KILLED)
     assert killed.returncode == -signal.SIGKILL, killed.stderr
-    resumed = curionav("resume", str(tmp_path / "run"))
+    resumed = warm("resume", str(tmp_path / "run"))
     assert resumed.returncode == 0, resumed.stderr
     ours, quiet = leftovers(tmp_path / "run"), leftovers(tmp_path / "quiet")
     assert [name for name in ours if ours[name] != quiet[name]] == []
     assert quiet["replay"]["steps"] == 4 * 10
 
 
-def test_a_run_from_before_actions_were_held_goes_on(tmp_path):
+def test_a_run_from_before_actions_were_held_goes_on(tmp_path, warm):
     run = tmp_path / "run"
-    assert curionav("explore", *LEARNER, "loop.episodes=1", f"hydra.run.dir={run}").returncode == 0
+    assert warm("explore", *LEARNER, "loop.episodes=1", f"hydra.run.dir={run}").returncode == 0
     (save,) = (run / "checkpoint").glob("0*")
     (save / "checksums.json").unlink()
     for path in (run / "fixed.json", save / "settings.json"):
@@ -144,6 +142,6 @@ def test_a_run_from_before_actions_were_held_goes_on(tmp_path):
         path.write_text(json.dumps(held))
     lines = (run / "config.yaml").read_text().splitlines()
     (run / "config.yaml").write_text("\n".join(line for line in lines if "action_repeat" not in line))
-    resumed = curionav("resume", str(run), "loop.episodes=2")
+    resumed = warm("resume", str(run), "loop.episodes=2")
     assert resumed.returncode == 0 and "goes on after 1 finished episode" in resumed.stdout, resumed.stderr
     assert "action_repeat: 1" in (run / "config.yaml").read_text()

@@ -7,6 +7,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from itertools import islice, product
 from pathlib import Path
+from typing import cast
 
 from hydra._internal.hydra import Hydra
 from hydra.core.hydra_config import HydraConfig
@@ -16,6 +17,7 @@ from hydra.errors import HydraException
 from hydra.types import RunMode
 from omegaconf import DictConfig, OmegaConf
 
+from curionav_cli.config.loader import Loader
 from curionav_cli.config.override_errors import OverrideErrors
 from curionav_cli.config.paths import as_typed, quoted
 from curionav_cli.config.safety import refuse_callables
@@ -56,8 +58,9 @@ def plan(hydra: Hydra, words: list[str], multirun: bool, check: Check | None = N
     mistakes = OverrideErrors(hydra, words)
     overrides = mistakes.parse(multirun)
     own = [word for override, word in zip(overrides, words) if not (multirun and foreign(override))]
+    mode = RunMode.MULTIRUN if multirun else RunMode.RUN
     with mistakes.explained(own):
-        master = hydra.compose_config(MAIN, own, RunMode.MULTIRUN if multirun else RunMode.RUN)
+        master = hydra.compose_config(MAIN, own, mode)
     refuse_callables(master)
     multirun = multirun or master.hydra.mode == RunMode.MULTIRUN
     if not multirun and check is not None:  # without a check nothing runs
@@ -77,7 +80,10 @@ def plan(hydra: Hydra, words: list[str], multirun: bool, check: Check | None = N
     if master.hydra.launcher.get("n_jobs") == 0:
         raise ConfigError("hydra.launcher.n_jobs=0 runs nothing. It is how many run at once; -1: as many as cores.")
     launcher = master.hydra.launcher._target_.rpartition(".")[2] if multirun else "BasicLauncher"
-    return Plan(words + [pin(where, multirun)], multirun, where, jobs, launcher != "BasicLauncher",
+    pinned = pin(where, multirun)
+    if own == words:
+        cast(Loader, hydra.config_loader).pin(MAIN, words, mode, pinned)
+    return Plan(words + [pinned], multirun, where, jobs, launcher != "BasicLauncher",
                 launcher == "SlurmLauncher", drawn)
 
 

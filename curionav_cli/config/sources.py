@@ -10,7 +10,9 @@ import logging
 import os
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
+from copy import deepcopy
 from dataclasses import fields, is_dataclass
+from functools import cache
 from pathlib import Path
 from typing import get_type_hints
 
@@ -26,6 +28,7 @@ from omegaconf import DictConfig, OmegaConf
 
 from curionav_cli.agents.registry import AGENTS
 from curionav_cli.config import plugins, schema, search
+from curionav_cli.config.loader import Loader
 from curionav_cli.config.whole_numbers import take_any_spelling
 from curionav_cli.errors import ConfigError
 from curionav_cli.files import conf_dir, place
@@ -57,6 +60,7 @@ def opened(command: str, *config_dirs: Path | None) -> Iterator[Hydra]:
         with initialize_config_dir(str(conf_dir()), job_name=command, version_base="1.3"):
             hydra = GlobalHydra.instance().hydra
             assert hydra is not None
+            hydra.config_loader = Loader(hydra.config_loader.get_search_path())
             yield hydra
     finally:
         for handler in set(root.handlers) - set(handlers):
@@ -100,22 +104,33 @@ def register(directories: list[Path]) -> None:
     plugins.broken()
     search.defaults()
     Plugins.instance().register(UserDirectories)
-    store = ConfigStore.instance()
-    store.store(group="schema", name=MAIN, node=writable(schema.Config), package="_global_")
-    store.store(group="schema", name="env", node=writable(world_settings.Env), package="env")
+    register_schema("schema", MAIN, schema.Config, "_global_")
+    register_schema("schema", "env", world_settings.Env, "env")
     for name, agent in AGENTS.items():
-        store.store(group="schema/agent", name=name, node=writable(agent.settings), package="agent")
+        register_schema("schema/agent", name, agent.settings, "agent")
     for name, node in ROBOTS.items():
-        store.store(group="schema/robot", name=name, node=writable(node), package="robot")
+        register_schema("schema/robot", name, node, "robot")
+
+
+@cache
+def register_schema(group: str, name: str, node: type, package: str) -> None:
+    """Register a dataclass with Hydra, once a process."""
+    ConfigStore.instance().store(group=group, name=name, node=converted(node), package=package)
 
 
 def writable(node: type) -> DictConfig:
     """A frozen dataclass as a config node that YAML and the command line may change."""
+    return deepcopy(converted(node))
+
+
+@cache
+def converted(node: type) -> DictConfig:
+    """The one config node of a dataclass, to be copied."""
     config = OmegaConf.structured(node)
     OmegaConf.set_readonly(config, None)
     hints = get_type_hints(node)
     for field in fields(node):
         if is_dataclass(hints[field.name]):
-            config[field.name] = writable(hints[field.name])
+            config[field.name] = converted(hints[field.name])
         take_any_spelling(config._get_node(field.name))
     return config

@@ -2,6 +2,7 @@
 
 import torch
 from torch import nn
+from torch.optim import rmsprop as functional
 
 from curionav_cli.agents.optimiser import ClippedOptimiser, clip_by_norm
 
@@ -18,8 +19,9 @@ def test_without_a_limit_gradients_stay_as_they_are():
     assert clip_by_norm(gradients, float("inf")) == 500 and torch.cat(gradients).tolist() == [300, 400]
 
 
-def rmsprop(parameters):
-    return torch.optim.RMSprop(parameters, lr=0.1, alpha=0.9, eps=1e-3)
+def rmsprop(parameters, gradients, squares, steps):
+    functional.rmsprop(parameters, gradients, squares, [], [], steps, lr=0.1, alpha=0.9, eps=1e-3, weight_decay=0,
+                       momentum=0, centered=False)
 
 
 def matrix():

@@ -4,6 +4,7 @@ import json
 
 import pytest
 
+pytestmark = pytest.mark.usefixtures("blank_figures")
 BEGIN, SEEDS = 8, (0, 1)  # episodes that count as the beginning
 ROOM = """defaults:
   - /schema/env

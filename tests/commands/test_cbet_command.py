@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 from entry import Cli
 
+pytestmark = pytest.mark.usefixtures("blank_figures")
 TINY = ("env=small_room", "device=cpu", "loop.steps=20", "agent.unroll=10", "agent.batch_size=3",
         "agent.conv_channels=[4,4]", "agent.dense_units=[8]", "agent.lstm_units=8")
 

@@ -10,18 +10,21 @@ from pathlib import Path
 
 import pytest
 from entry import Cli
+from paint import unpainted
 
 from curionav_cli.app import main
 from curionav_cli.results.integrity import noted
 from curionav_cli.results.runs import Run
 from curionav_cli.storage.run_folder import RunFolder
 
+unseen = pytest.mark.usefixtures("blank_figures")
+
 
 @pytest.fixture(scope="module")
 def explored(tmp_path_factory: pytest.TempPathFactory) -> Path:
     sweep = tmp_path_factory.mktemp("explored") / "sweep"
     words = ("-m", "agent=random,bounce", "seed=0,1", "loop.steps=40", "loop.episodes=2", f"hydra.sweep.dir={sweep}")
-    with pytest.raises(SystemExit) as stop:
+    with unpainted(), pytest.raises(SystemExit) as stop:
         main(["explore", *words])
     assert stop.value.code == 0
     return sweep
@@ -32,6 +35,7 @@ def a_sweep(explored: Path, tmp_path: Path) -> Path:
     return Path(shutil.copytree(explored, tmp_path / "sweep"))
 
 
+@unseen
 def test_what_a_run_notes_is_what_its_episodes_hold(cli: Cli, a_sweep: Path) -> None:
     """Also after it went on: compare need not open an episode."""
     longer = a_sweep / "2_small_room_bounce_0"
@@ -45,6 +49,7 @@ def test_what_a_run_notes_is_what_its_episodes_hold(cli: Cli, a_sweep: Path) -> 
     assert len(run.folder.metrics()) == 2 and len(RunFolder(longer).metrics()) == 4
 
 
+@unseen
 def test_broken_episodes_of_runs_that_noted_what_they_found_are_named(cli: Cli, a_sweep: Path, tmp_path: Path) -> None:
     cut, flipped = (a_sweep / f"{number}_small_room_{name}" / "episodes" / "000001.npz"
                     for number, name in ((1, "random_1"), (2, "bounce_0")))
@@ -94,6 +99,7 @@ def test_a_sweep_becomes_figures_and_tables_and_the_same_again(cli: Cli, a_sweep
         assert one.replace(b"out=one", b"out=two") == two, name
 
 
+@unseen
 def test_without_a_folder_named_it_goes_where_runs_go(cli: Cli, a_sweep: Path, tmp_path: Path) -> None:
     answer = cli("compare", *map(str, sorted(a_sweep.glob("[0-9]*"))), "denominator=floor", "marking=swept")
     assert answer.code == 0 and "floor cells, marked by swept" in answer.out
@@ -101,6 +107,7 @@ def test_without_a_folder_named_it_goes_where_runs_go(cli: Cli, a_sweep: Path, t
     assert len(rows(folder / "runs.csv")) == 4
 
 
+@unseen
 def test_what_is_wrong_is_said_and_the_rest_shown(cli: Cli, a_sweep: Path, tmp_path: Path) -> None:
     jobs = sorted(a_sweep.glob("[0-9]*"))
     (jobs[0] / "episodes" / "000001.npz").unlink()

@@ -7,16 +7,29 @@ from pathlib import Path
 
 import pytest
 from entry import Cli
+from paint import unpainted
 
+from curionav_cli.app import main
 from curionav_cli.records import FloorPlan
 from curionav_cli.results.coverage import cover
 from curionav_cli.storage.run_folder import RunFolder
 
+unseen = pytest.mark.usefixtures("blank_figures")
+
+
+@pytest.fixture(scope="module")
+def explored(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    run = tmp_path_factory.mktemp("explored") / "run"
+    words = ("agent=bounce", "loop.steps=40", "loop.episodes=2", f"hydra.run.dir={run}")
+    with unpainted(), pytest.raises(SystemExit) as stop:
+        main(["explore", *words])
+    assert stop.value.code == 0
+    return run
+
 
 @pytest.fixture
-def a_run(cli: Cli, tmp_path: Path) -> Path:
-    assert cli("explore", "agent=bounce", "loop.steps=40", "loop.episodes=2", "hydra.run.dir=run").code == 0
-    return tmp_path / "run"
+def a_run(explored: Path, tmp_path: Path) -> Path:
+    return Path(shutil.copytree(explored, tmp_path / "run"))
 
 
 def test_every_rule_and_denominator_has_a_row_and_pictures(cli: Cli, a_run: Path) -> None:
@@ -36,6 +49,7 @@ def test_every_rule_and_denominator_has_a_row_and_pictures(cli: Cli, a_run: Path
     assert shares["landing", "floor"] < shares["landing", "visitable"]
 
 
+@unseen
 def test_one_rule_can_be_asked_for(cli: Cli, a_run: Path) -> None:
     answer = cli("coverage", "run", "marking=swept", "denominator=floor")
     assert answer.code == 0 and "landing" not in answer.out and "swept" in answer.out
@@ -57,6 +71,7 @@ def test_episodes_are_drawn_and_filmed_into_a_folder_of_their_own(cli: Cli, a_ru
         assert (tmp_path / "one" / path).read_bytes() == (tmp_path / "two" / path).read_bytes(), path
 
 
+@unseen
 def test_runs_in_different_worlds_of_one_name_are_drawn_apart(cli: Cli, a_run: Path, tmp_path: Path) -> None:
     words = ("agent=bounce", "env.camera=0.6", "loop.steps=40", "loop.episodes=2", "hydra.run.dir=higher")
     assert cli("explore", *words).code == 0
@@ -66,6 +81,7 @@ def test_runs_in_different_worlds_of_one_name_are_drawn_apart(cli: Cli, a_run: P
         f"{kind}_small_room_camera={camera}.png" for kind in ("beside", "card") for camera in ("0.45", "0.6")]
 
 
+@unseen
 def test_what_is_missing_is_named_and_the_rest_shown(cli: Cli, a_run: Path) -> None:
     (a_run / "episodes" / "000001.npz").unlink()
     with open(a_run / "metrics.jsonl", "a") as file:
@@ -82,6 +98,7 @@ def test_what_is_missing_is_named_and_the_rest_shown(cli: Cli, a_run: Path) -> N
     assert answer.code == 2 and "no finished episode" in answer.error and len(answer.error.strip().splitlines()) == 1
 
 
+@unseen
 def test_runs_of_one_name_have_folders_of_their_own(cli: Cli, a_run: Path, tmp_path: Path) -> None:
     for sweep in ("one", "two"):
         shutil.copytree(a_run, tmp_path / sweep / "run")

@@ -4,19 +4,18 @@ from __future__ import annotations
 
 import csv
 import json
-import os
 import shutil
 import signal
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
 from entry import Cli
+from warm import Warm
 
 from curionav_cli.results.docking import counted
 from curionav_cli.storage.run_folder import RunFolder
 
+unseen = pytest.mark.usefixtures("blank_figures")
 SMALL = ("dock", "env=small_room", "loop.steps=25")
 
 # Kills its own process after the seventh request's line, as a power cut would.
@@ -52,6 +51,7 @@ def test_the_table_counts_every_request(cli: Cli, tmp_path: Path) -> None:
     assert not list((tmp_path / "run" / "episodes").iterdir())
 
 
+@unseen
 def test_a_finished_run_returns_at_once_and_may_become_longer(cli: Cli, tmp_path: Path) -> None:
     assert cli(*SMALL, "dock.requests=2", "hydra.run.dir=run").code == 0
     again = cli("resume", "run")
@@ -60,6 +60,7 @@ def test_a_finished_run_returns_at_once_and_may_become_longer(cli: Cli, tmp_path
     assert cli("resume", "run", "dock.requests=3").code == 0 and "3/3" in cli("runs", "run").out
 
 
+@unseen
 def test_only_what_differs_in_nothing_but_its_seed_is_counted_together(cli: Cli, tmp_path: Path) -> None:
     words = (*SMALL, "dock.requests=1", "seed=0,1", "robot.docking.attempt=20,48", "hydra.sweep.dir=sweep")
     assert cli(words[0], "-m", *words[1:]).code == 0
@@ -74,12 +75,11 @@ def test_only_what_differs_in_nothing_but_its_seed_is_counted_together(cli: Cli,
     assert len(each) == 8 and [(one.where["seed"], len(one.docks)) for one in together] == [("2 seeds", 2)] * 2
 
 
-def test_a_killed_run_goes_on_to_the_same_returns_to_dock(cli: Cli, tmp_path: Path) -> None:
+@unseen
+def test_a_killed_run_goes_on_to_the_same_returns_to_dock(cli: Cli, warm: Warm, tmp_path: Path) -> None:
     words = [*SMALL, "dock.requests=6"]
     assert cli(*words, "hydra.run.dir=whole").code == 0
-    environment = {**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)}
-    ended = subprocess.run([sys.executable, "-c", KILLED, *words, "hydra.run.dir=torn"], env=environment,
-                           cwd=tmp_path, capture_output=True)
+    ended = warm(*words, "hydra.run.dir=torn", program=KILLED, cwd=tmp_path)
     assert ended.returncode == -signal.SIGKILL, ended.stderr
     assert sorted(path.name for path in (tmp_path / "torn" / "checkpoint").iterdir()) == ["000000", "000003"]
     assert cli("resume", "torn").code == 0
@@ -88,6 +88,7 @@ def test_a_killed_run_goes_on_to_the_same_returns_to_dock(cli: Cli, tmp_path: Pa
     shutil.rmtree(tmp_path / "torn")
 
 
+@unseen
 def test_the_folder_of_another_command_is_refused(cli: Cli) -> None:
     assert cli("explore", "agent=random", "loop.steps=5", "loop.episodes=1", "hydra.run.dir=explored").code == 0
     answer = cli("dock", "env=small_room", "dock.requests=1", "hydra.run.dir=explored")

@@ -13,6 +13,7 @@ from entry import Cli
 from curionav_cli.execution.recorder import Recorder
 from curionav_cli.storage.run_folder import RunFolder
 
+pytestmark = pytest.mark.usefixtures("blank_figures")
 SHORT = ("env=small_room", "loop.steps=30", "loop.episodes=3")
 
 

@@ -15,6 +15,7 @@ from curionav_cli.execution.recorder import Recorder
 from curionav_cli.storage.run_folder import RunFolder
 from curionav_cli.world.scene.scene import Scene
 
+unseen = pytest.mark.usefixtures("blank_figures")
 SHORT = ("env=small_room", "loop.steps=30", "loop.episodes=3")
 
 
@@ -28,6 +29,7 @@ def test_a_sweep_ends_with_one_table_over_all_runs(cli: Cli, tmp_path: Path) -> 
     assert len((tmp_path / "sweep" / "results.csv").read_text().splitlines()) == 5
 
 
+@unseen
 def test_a_failed_job_does_not_end_the_sweep_and_is_reported(
         cli: Cli, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     plain = Recorder.episode_done
@@ -44,6 +46,7 @@ def test_a_failed_job_does_not_end_the_sweep_and_is_reported(
     assert "failed" in (tmp_path / "sweep" / "table.md").read_text()
 
 
+@unseen
 def test_an_interrupted_sweep_is_resumed_to_its_end(
         cli: Cli, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     def stop(recorder: Recorder, step: int) -> None:
@@ -62,6 +65,7 @@ def test_an_interrupted_sweep_is_resumed_to_its_end(
     assert all(RunFolder(path.parent).state == "done" for path in runs)
 
 
+@unseen
 def test_a_broken_run_does_not_keep_the_others_from_going_on(cli: Cli, tmp_path: Path) -> None:
     assert cli("explore", "-m", *SHORT, "agent=random,bounce", "hydra.sweep.dir=sweep").code == 0
     broken, sound = sorted((tmp_path / "sweep").glob("*_0"))
@@ -71,6 +75,7 @@ def test_a_broken_run_does_not_keep_the_others_from_going_on(cli: Cli, tmp_path:
     assert len(RunFolder(sound).metrics()) == 4
 
 
+@unseen
 def test_jobs_that_leave_no_folder_are_in_the_table(
         cli: Cli, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     plain = build.agent

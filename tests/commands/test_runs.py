@@ -14,6 +14,7 @@ from curionav_cli.config.compose import plan
 from curionav_cli.config.sources import opened
 from curionav_cli.storage.run_folder import RunFolder
 
+pytestmark = pytest.mark.usefixtures("blank_figures")
 CONFIG = "env: {name: %s}\nagent: {name: %s}\nrobot: {name: ideal}\nseed: %d\n"
 
 

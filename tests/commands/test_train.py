@@ -3,11 +3,8 @@
 from __future__ import annotations
 
 import json
-import os
 import shutil
 import signal
-import subprocess
-import sys
 from dataclasses import replace
 from pathlib import Path
 
@@ -15,7 +12,9 @@ import numpy as np
 import pytest
 from deadly import DEADLY
 from entry import Cli
+from paint import unpainted
 from tiny import LEARNER
+from warm import Warm
 
 from curionav_cli import build
 from curionav_cli.app import main
@@ -25,6 +24,7 @@ from curionav_cli.records import Episode
 from curionav_cli.storage import checkpoint
 from curionav_cli.storage.run_folder import RunFolder
 
+pytestmark = pytest.mark.usefixtures("blank_figures")
 TINY = tuple(word for word in LEARNER if not word.startswith("loop."))
 
 # A save after every third iteration; kills its own process at a chosen moment, as a power cut would.
@@ -48,7 +48,8 @@ app.main()
 def explored(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A run of three episodes of 12 steps in the small room."""
     run = tmp_path_factory.mktemp("explored") / "run"
-    assert here("explore", "agent=random", "loop.steps=12", "loop.episodes=3", f"hydra.run.dir={run}") == 0
+    with unpainted():
+        assert here("explore", "agent=random", "loop.steps=12", "loop.episodes=3", f"hydra.run.dir={run}") == 0
     return run
 
 
@@ -141,14 +142,12 @@ def undisturbed(tmp_path_factory: pytest.TempPathFactory, explored: Path) -> dic
 @pytest.mark.parametrize("moment", [
     "between", *(pytest.param(moment, marks=pytest.mark.slow) for moment in ("beginning", "training", "saving"))])
 def test_a_killed_training_ends_as_an_undisturbed_one(
-        cli: Cli, tmp_path: Path, explored: Path, undisturbed: dict, often: None, moment: str) -> None:
+        cli: Cli, tmp_path: Path, explored: Path, undisturbed: dict, often: None, warm: Warm, moment: str) -> None:
     """Also where the data has grown meanwhile, moved, and stands on the disk."""
     data, run = tmp_path / "data", tmp_path / "run"
     shutil.copytree(explored, data)
     words = ("train", *TINY, f"data={data}", "loop.iterations=9", "loop.replay_memory=0", f"hydra.run.dir={run}")
-    environment = {**os.environ, "OMP_NUM_THREADS": "1", "NO_COLOR": "1"}
-    killed = subprocess.run([sys.executable, "-c", KILLED, moment, *words], capture_output=True, text=True,
-                            env=environment)
+    killed = warm(moment, *words, program=KILLED)
     assert killed.returncode == -signal.SIGKILL, killed.stderr
     shutil.copy(data / "episodes" / "000000.npz", data / "episodes" / "000003.npz")
     data.rename(tmp_path / "moved")

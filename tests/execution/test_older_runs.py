@@ -11,6 +11,7 @@ from entry import Cli
 
 from curionav_cli.records import Episode
 
+pytestmark = pytest.mark.usefixtures("blank_figures")
 RUNS = Path(__file__).resolve().parents[1] / "fixtures" / "runs_7cd86ae"
 SECOND = {  # actions and poses of the second episode, as that commit's own resume made them
     "random": ([1, 0, 2], [[0.55, 0.45, 1.5707963267948966], [0.55, 0.45, 1.7453292519943295],

@@ -20,7 +20,10 @@ from tiny import LEARNER, at_storage
 from curionav_cli.storage import checkpoint
 
 pytest.importorskip("obstore")
-pytestmark = pytest.mark.timeout(900)  # robots and servers wait for each other, whoever else the machine works for
+pytestmark = [
+    pytest.mark.timeout(900),  # robots and servers wait for each other, whoever else the machine works for
+    pytest.mark.usefixtures("blank_figures"),
+]
 
 # Kills its own process at a chosen moment of the second episode, as a power cut would.
 KILLED = DEADLY + """

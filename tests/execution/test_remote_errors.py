@@ -12,7 +12,7 @@ from servers import free_port
 from tiny import at_storage
 
 pytest.importorskip("obstore")
-pytestmark = pytest.mark.timeout(900)
+pytestmark = [pytest.mark.timeout(900), pytest.mark.usefixtures("blank_figures")]
 
 SECRET = "wJalrXUtnFEMI"
 

@@ -2,8 +2,6 @@
 
 import json
 import signal
-import subprocess
-import sys
 from dataclasses import replace
 
 import numpy as np
@@ -146,17 +144,14 @@ def test_a_loaded_run_continues_as_if_uninterrupted(small_room, turtlebot, tmp_p
     assert drive(other, 10) == after
 
 
-def test_a_killed_run_of_the_robot_ends_as_an_undisturbed_one(tmp_path):
+def test_a_killed_run_of_the_robot_ends_as_an_undisturbed_one(tmp_path, warm):
     words = ("env=small_room", "robot=turtlebot2i", "agent=bounce", "loop.steps=12", "loop.episodes=4")
 
-    def curionav(*words, program=("-m", "curionav_cli")):
-        return subprocess.run([sys.executable, *program, *words], capture_output=True, text=True)
-
     whole, killed = tmp_path / "whole", tmp_path / "killed"
-    assert curionav("explore", *words, f"hydra.run.dir={whole}").returncode == 0
-    end = curionav("acting", "explore", *words, f"hydra.run.dir={killed}", program=("-c", KILLED))
+    assert warm("explore", *words, f"hydra.run.dir={whole}").returncode == 0
+    end = warm("acting", "explore", *words, f"hydra.run.dir={killed}", program=KILLED)
     assert end.returncode == -signal.SIGKILL, end.stderr
-    resumed = curionav("resume", str(killed))
+    resumed = warm("resume", str(killed))
     assert resumed.returncode == 0, resumed.stderr
     assert "goes on after 2 finished episodes" in resumed.stdout
     for index in range(4):

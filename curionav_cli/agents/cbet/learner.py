@@ -8,6 +8,7 @@ from __future__ import annotations
 import torch
 import torch.nn.functional as F
 from torch import Tensor, nn
+from torch.optim import rmsprop as functional
 
 from curionav_cli.agents.cbet import settings as cbet_settings
 from curionav_cli.agents.cbet.network import Memory, PolicyNetwork, initialise
@@ -17,7 +18,7 @@ from curionav_cli.agents.cbet.rms import RunningRMS
 from curionav_cli.agents.cbet.transitions import KINDS
 from curionav_cli.agents.cbet.unrolls import Batch
 from curionav_cli.agents.cbet.vtrace import vtrace
-from curionav_cli.agents.optimiser import ClippedOptimiser
+from curionav_cli.agents.optimiser import ClippedOptimiser, Tensors
 
 
 class Networks(nn.Module):
@@ -97,6 +98,10 @@ class Learner:
                 for number, name in enumerate(KINDS) if bool((kind == number).any())}
 
     def _optimiser(self, part: nn.Module) -> ClippedOptimiser:
+        return ClippedOptimiser(part, self.hyper.clip, ("square_avg",), self.rmsprop)
+
+    def rmsprop(self, parameters: Tensors, gradients: Tensors, squares: Tensors, steps: Tensors) -> None:
+        """Take a step of RMSprop in place."""
         hyper = self.hyper
-        return ClippedOptimiser(part, hyper.clip, ("square_avg",), lambda parameters: torch.optim.RMSprop(
-            parameters, lr=hyper.lr, alpha=hyper.rmsprop_decay, eps=hyper.rmsprop_epsilon))
+        functional.rmsprop(parameters, gradients, squares, [], [], steps, lr=hyper.lr, alpha=hyper.rmsprop_decay,
+                           eps=hyper.rmsprop_epsilon, weight_decay=0, momentum=0, centered=False)

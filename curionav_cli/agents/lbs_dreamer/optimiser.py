@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import torch
 from torch import Tensor, nn
+from torch.optim import adam as functional
 
-from curionav_cli.agents.optimiser import ClippedOptimiser
+from curionav_cli.agents.optimiser import ClippedOptimiser, Tensors
 
 
 class Optimiser(ClippedOptimiser):
@@ -17,9 +18,10 @@ class Optimiser(ClippedOptimiser):
     """
 
     def __init__(self, module: nn.Module, rate: float, epsilon: float, decay: float, clip: float):
-        def adam(parameters: list[nn.Parameter]) -> torch.optim.Adam:
-            on_gpu = parameters[0].is_cuda  # there it may be recorded as part of a CUDA graph
-            return torch.optim.Adam(parameters, lr=rate, eps=epsilon, fused=True, capturable=on_gpu)
+        def adam(parameters: Tensors, gradients: Tensors, means: Tensors, squares: Tensors, steps: Tensors) -> None:
+            functional.adam(parameters, gradients, means, squares, [], steps, lr=rate, beta1=0.9, beta2=0.999,
+                            eps=epsilon, weight_decay=0, amsgrad=False, maximize=False, fused=True,
+                            capturable=parameters[0].is_cuda)  # there it may be recorded as part of a CUDA graph
 
         super().__init__(module, clip, ("exp_avg", "exp_avg_sq"), adam)
         self.decay = decay

@@ -1,0 +1,26 @@
+"""Figures without their rendering, for tests that look at none: it takes longer than the short runs that end in it."""
+
+from __future__ import annotations
+
+from base64 import b64decode
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import IO, Any
+
+import pytest
+
+BLANK = {"pdf": b"%PDF", "png": b64decode(  # one white pixel
+    "iVBORw0KGgoAAAANSUhEUgAAAAEAAAABCAAAAAA6fptVAAAACklEQVR42mP4DwABAQEAG7buVgAAAABJRU5ErkJggg==")}
+
+
+def blank(figure: Any, file: IO[bytes], *, format: str, **_: Any) -> None:
+    """Stand in for Figure.savefig."""
+    file.write(BLANK[format])
+
+
+@contextmanager
+def unpainted() -> Iterator[None]:
+    """Let figures be composed and their files written as ever, but empty."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("matplotlib.figure.Figure.savefig", blank)
+        yield
