@@ -29,6 +29,7 @@ class BoxTables:
     bounds: np.ndarray  # (2, 2, K + 3) float64: low and high, x and y, box
     near: np.ndarray  # (K + 3, R) float32: depth at which row r enters the box's heights
     far: np.ndarray
+    heights: np.ndarray  # (2, K + 3) float32: bottom and top above the camera; 0 of the three more rows
     address: np.ndarray  # flat int32: texel of the horizontal face that row r meets
     stride: np.ndarray
     x_scale: np.ndarray  # flat float32, texels a metre
@@ -60,7 +61,7 @@ def build_box_tables(boxes: Boxes, atlas: Atlas, height: float, camera: float, s
     return BoxTables(
         walls=int(closed.sum()),
         bounds=np.concatenate([np.stack([boxes.low[:, :2].T, boxes.high[:, :2].T]), blank], axis=2),
-        near=near, far=far, **_horizontal(boxes, atlas, near, slope, pixel),
+        near=near, far=far, heights=_above(boxes, camera), **_horizontal(boxes, atlas, near, slope, pixel),
         **_vertical(boxes, atlas, camera, pixel))
 
 
@@ -76,6 +77,11 @@ def _heights(boxes: Boxes, height: float, camera: float, slope: np.ndarray) -> t
     near = np.concatenate([np.minimum(down, up), np.zeros((2, len(slope))), plane[None]])
     far = np.concatenate([np.maximum(down, up), np.full((3, len(slope)), np.inf)])
     return np.maximum(near, 0.0).astype(np.float32), far.astype(np.float32)
+
+
+def _above(boxes: Boxes, camera: float) -> np.ndarray:
+    both = np.stack([boxes.low[:, 2], boxes.high[:, 2]]) - camera
+    return np.concatenate([both, np.zeros((2, 3))], axis=1).astype(np.float32)
 
 
 def _horizontal(boxes: Boxes, atlas: Atlas, near: np.ndarray, slope: np.ndarray,

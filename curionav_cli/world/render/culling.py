@@ -17,6 +17,7 @@ from curionav_cli.geometry import rectangle_distance
 from curionav_cli.world.render.box_tables import BoxTables
 
 Tile = tuple[int, int]
+Listed = tuple[np.ndarray, np.ndarray]  # boxes, and the ends of the lists among them
 TILE = 2.0
 SPOT = 1.0
 MOST_WEDGES = 4096  # in the cache; 36 for a full turn in one spot
@@ -43,10 +44,10 @@ class Culling:
         self._middle, self._half = 0.5 * (low + high).T, 0.5 * (high - low).T
         self._tangent = tangent
         self._slant = self.reach * math.hypot(1.0, tangent)  # the depth `reach` at the edge of a picture
-        self._tiles: dict[Tile, np.ndarray] = {}
+        self._tiles: dict[Tile, Listed] = {}
         self._wedges: dict[tuple[Tile, float, float], Candidates] = {}
         self._every = np.arange(tables.boxes)
-        self._everything = self._candidates(self._every)
+        self._everything, self._all_listed = self._candidates(self._every), _listed(self._every)
 
     def __call__(self, x: np.ndarray, y: np.ndarray, cosine: np.ndarray, sine: np.ndarray) -> Candidates:
         if self._tables.boxes <= FEW:
@@ -54,10 +55,12 @@ class Culling:
         poses = zip(x.tolist(), y.tolist(), cosine.tolist(), sine.tolist(), strict=True)
         return _together([self._wedge(*pose) for pose in poses], self._tables)
 
-    def lists(self, x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    def lists(self, x: np.ndarray, y: np.ndarray) -> Listed:
         """The boxes near each place, concatenated, and the ends of the lists; a single list if all share it."""
         if self._tables.boxes <= FEW:
-            return self._every, np.array([len(self._every)])
+            return self._all_listed
+        if len(x) == 1:
+            return self._tile(x.item(), y.item())
         lists = [self.near(*place) for place in zip(x.tolist(), y.tolist(), strict=True)]
         return np.concatenate(lists), np.cumsum([len(boxes) for boxes in lists])
 
@@ -85,13 +88,20 @@ class Culling:
 
     def near(self, x: float, y: float) -> np.ndarray:
         """The boxes within reach of the tile around this place, ascending."""
+        return self._tile(x, y)[0]
+
+    def _tile(self, x: float, y: float) -> Listed:
         tile = (int(x // TILE), int(y // TILE))
         if tile not in self._tiles:
             low, high = TILE * np.array(tile), TILE * (np.array(tile) + 1)
             across, along = self._middle.T
             away = rectangle_distance(across, along, low, high) - np.hypot(*self._half.T)
-            self._tiles[tile] = np.flatnonzero(away < self._slant)
+            self._tiles[tile] = _listed(np.flatnonzero(away < self._slant))
         return self._tiles[tile]
+
+
+def _listed(boxes: np.ndarray) -> Listed:
+    return boxes, np.array([len(boxes)])
 
 
 def _together(frames: list[Candidates], tables: BoxTables) -> Candidates:

@@ -89,7 +89,7 @@ class Renderer:
 
     def _render(self, x, y, cosine: np.ndarray, sine: np.ndarray, chosen: Rays,
              brightness) -> tuple[np.ndarray, np.ndarray]:
-        x, y = np.atleast_1d(np.asarray(x, np.float64)), np.atleast_1d(np.asarray(y, np.float64))
+        x, y = np.array(x, np.float64, ndmin=1), np.array(y, np.float64, ndmin=1)
         rgb = np.empty((len(x), *IMAGE_SHAPE), np.uint8)
         depth = np.empty((len(x), *IMAGE_SHAPE[:2]), np.float32)
         if brightness is None:
