@@ -24,8 +24,9 @@ class Device(Enum):
 
 
 class Compile(Enum):
-    """How updates run on a CUDA device: none, kernel by kernel; graph, as CUDA graphs; fused, as graphs of fewer
-    kernels, which torch.compile makes. auto is fused there, or graph where a compiler is missing."""
+    """How updates run. none: kernel by kernel; graph: as CUDA graphs; fused: with fewer kernels, which torch.compile
+    makes for CUDA graphs and numba, in float32, for a CPU. auto is fused; without a compiler graph, without numba none.
+    """
 
     auto = "auto"
     none = "none"

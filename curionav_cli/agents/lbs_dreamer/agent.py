@@ -18,7 +18,7 @@ from curionav_cli.agents.agent import Agent
 from curionav_cli.agents.device import ALL, keep_freed_memory, repeatable, resolve_device
 from curionav_cli.agents.lbs_dreamer import settings as lbs_settings
 from curionav_cli.agents.lbs_dreamer.checkpoint import load_learner, save_learner
-from curionav_cli.agents.lbs_dreamer.compile import compile_mode, fuse, recorder
+from curionav_cli.agents.lbs_dreamer.compile import compile_mode, fuse_on, recorder
 from curionav_cli.agents.lbs_dreamer.device_replay import DeviceReplay, room_on
 from curionav_cli.agents.lbs_dreamer.learner import Learner, build_networks
 from curionav_cli.agents.lbs_dreamer.open_loop import predict_episode
@@ -66,7 +66,7 @@ class LBSDreamer(Agent):
         weights_seed, learning_seed = (int(n) for n in self.rng.integers(2**62, size=2))
         networks = build_networks(hyper, torch.Generator().manual_seed(weights_seed), self.device)
         if mode == "fused":
-            fuse(networks.world_model.rssm)
+            fuse_on(self.device, networks.world_model.rssm, hyper.precision)
         self.learner = Learner(hyper, networks, torch.Generator(self.device).manual_seed(learning_seed), record)
         self.visit_counts = networks.curiosity.visit_counts(plan)
         self.filter = record(self._filter, [])

@@ -60,14 +60,14 @@ class Behaviour(nn.Module):
 
         noise (H, N, S + 1) uniform in [0, 1): the first S numbers for z, the last for the action.
         """
-        state, features, ones, actions, layers = start, [start.features], [rssm.ones(start)], [], []
+        dynamics, columns = rssm.dynamics(), self.actor.columns()
+        state, features, ones, actions, layers = start, [start.features], [dynamics.ones(start)], [], []
         for step in noise:  # (N, S + 1)
-            layers.append(self.actor.activations(features[-1], ones[-1]))
-            action = sample_action(layers[-1][-1], step[:, -1])
-            state = rssm.imagine(state, rssm.action_input(action), step[:, :-1], ones[-1])
+            layers.append(self.actor.activations(features[-1], ones[-1], columns))
+            actions.append(sample_action(layers[-1][-1], step[:, -1]))
+            state, index = dynamics.roll(state, actions[-1], step[:, :-1], ones[-1])
             features.append(state.features)
-            ones.append(rssm.ones(state))
-            actions.append(action)
+            ones.append(index)
         known = [index for index in ones if index is not None]
         return Imagined(torch.stack(features), torch.stack(actions), torch.stack(known) if known else None,
                         [torch.stack(layer) for layer in zip(*layers, strict=True)])

@@ -1,4 +1,7 @@
-"""How the agent's functions run on its device: eagerly, as CUDA graphs, or as CUDA graphs of fused kernels."""
+"""How the agent's functions run on its device: eagerly, as CUDA graphs, or with fused kernels.
+
+Fused kernels are made by torch.compile on a GPU, where they are CUDA graphs too, and by numba on a CPU.
+"""
 
 from __future__ import annotations
 
@@ -14,26 +17,34 @@ import torch
 from curionav_cli.agents.lbs_dreamer.kernels.cuda_graphs import Record, Recorded, as_it_is, cuda_graph
 from curionav_cli.agents.lbs_dreamer.kernels.rssm_scan import Steps
 from curionav_cli.agents.lbs_dreamer.rssm import RSSM
+from curionav_cli.agents.lbs_dreamer.settings import Precision
 from curionav_cli.errors import ConfigError
 
 log = logging.getLogger("curionav")
 
 
 def compile_mode(compile: str, device: torch.device) -> str:
-    """Resolve the setting compile to none, graph or fused. Raises ConfigError where it needs a CUDA device."""
-    if device.type == "cpu":
-        if compile in ("graph", "fused"):
-            raise ConfigError(f"compile={compile} needs a CUDA device, and this run computes on the CPU. "
-                              "Use compile=auto or compile=none.")
-        return "none"
+    """Resolve the setting compile to none, graph or fused. Raises ConfigError where that is not possible here."""
+    on_cpu = device.type == "cpu"
     if compile == "auto":
-        compile = "fused" if can_fuse(device) else "graph"
+        compile = "fused" if can_fuse(device) else "none" if on_cpu else "graph"
         log.info("compile=auto is compile=%s here", compile)
+    if on_cpu and compile == "graph":
+        raise ConfigError("compile=graph needs a CUDA device, and this run computes on the CPU. "
+                          "Use compile=auto or compile=none.")
+    if on_cpu and compile == "fused" and not can_fuse(device):
+        raise ConfigError("compile=fused on a CPU needs numba, which is not installed. "
+                          "Use compile=auto, or: .venv/bin/pip install -c constraints.txt -e '.[fast]'")
     return compile
 
 
 def can_fuse(device: torch.device) -> bool:
-    """Tell whether Triton can compile here: it needs a GPU from Volta on, a C compiler and Python's header."""
+    """Tell whether kernels can be fused: on a CPU with numba, on a GPU with Triton.
+
+    Triton needs a GPU from Volta on, a C compiler and Python's header.
+    """
+    if device.type == "cpu":
+        return find_spec("numba") is not None
     header = Path(sysconfig.get_path("include"), "Python.h")
     return (find_spec("triton") is not None and any(map(which, ("cc", "gcc", "clang"))) and header.is_file()
             and torch.cuda.get_device_capability(device) >= (7, 0))
@@ -41,7 +52,24 @@ def can_fuse(device: torch.device) -> bool:
 
 def recorder(mode: str, device: torch.device) -> Record:
     """Return what makes a function run in that mode."""
-    return as_it_is if mode == "none" else partial(Recorded, cuda_graph, device)
+    return as_it_is if mode == "none" or device.type == "cpu" else partial(Recorded, cuda_graph, device)
+
+
+def fuse_on(device: torch.device, rssm: RSSM, precision: Precision) -> None:
+    """Have the steps of the RSSM run as fused kernels on its device; in bfloat16 a CPU has none."""
+    if device.type != "cpu":
+        fuse(rssm)
+    elif precision is Precision.float32:
+        fuse_rows(rssm)
+
+
+def fuse_rows(rssm: RSSM) -> None:
+    """Have numba's functions do what is between the products: of the scan, of its gradient, of imagination."""
+    from curionav_cli.agents.lbs_dreamer.kernels import fused_steps  # it imports numba
+    from curionav_cli.agents.lbs_dreamer.kernels.fused_dynamics import FusedDynamics
+
+    rssm.steps = Steps(fused_steps.forward_step, fused_steps.backward_step)
+    rssm.dynamics = partial(FusedDynamics, rssm)  # type: ignore[method-assign]
 
 
 def fuse(rssm: RSSM, backend: str = "inductor") -> None:

@@ -13,7 +13,7 @@ Alignment: row t of an action array holds a_{t-1}, the action that led to step t
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import NamedTuple, Protocol
 
 import torch
 import torch.nn.functional as F
@@ -49,6 +49,15 @@ class Observed(NamedTuple):
     def detach(self) -> Observed:
         """The same values without gradients."""
         return Observed(self.states.detach(), self.posterior.detach(), self.prior.detach())
+
+
+class Dynamics(Protocol):
+    """What imagination needs of an RSSM; see the methods there."""
+
+    def ones(self, state: State) -> Tensor | None: ...
+
+    def roll(self, state: State, action: Tensor, noise: Tensor, ones: Tensor | None
+             ) -> tuple[State, Tensor | None]: ...
 
 
 def one_hot_action(action: Tensor, actions: int) -> Tensor:
@@ -95,7 +104,7 @@ class RSSM(nn.Module):
 
     def ones(self, state: State) -> Tensor | None:
         """Indices (B, S) of the ones in z (B, S * C), for quicker products (kernels/one_hot.py); None: not worth it."""
-        return one_hot.indices(state.stoch, self.classes)
+        return one_hot.indices(state.stoch, self.classes) if one_hot.pays(state.stoch) else None
 
     def initial(self, batch: int) -> State:
         """The state before an episode, or before a window of one: zeros, (B, D) and (B, S * C)."""
@@ -136,6 +145,15 @@ class RSSM(nn.Module):
         """One step without an observation, z_t ~ p, without a gradient through z_t; noise (B, S) uniform in [0, 1)."""
         deter = self.recur(state, action_input, ones)
         return State(deter, latent.draw(self.prior(deter), noise)[0].flatten(-2))
+
+    def roll(self, state: State, action: Tensor, noise: Tensor, ones: Tensor | None) -> tuple[State, Tensor | None]:
+        """`imagine` from an action (B,) int64, and `ones` of the state reached."""
+        reached = self.imagine(state, self.action_input(action), noise, ones)
+        return reached, self.ones(reached)
+
+    def dynamics(self) -> Dynamics:
+        """`ones` and `roll`, for many steps with the same weights (compile.py has others in its place)."""
+        return self
 
     def observe(self, state: State, embed: Tensor, action: Tensor, noise: Tensor) -> Observed:
         """Filter T steps: embed (T, B, E), action (T, B) int64, noise (T, B, S) uniform in [0, 1).

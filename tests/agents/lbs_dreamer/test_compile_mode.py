@@ -11,13 +11,18 @@ from curionav_cli.errors import ConfigError
 
 def test_what_compile_means(monkeypatch):
     cpu, cuda = torch.device("cpu"), torch.device("cuda")
-    assert compile_mode("auto", cpu) == compile_mode("none", cpu) == compile_mode("none", cuda) == "none"
-    for possible, chosen in ((True, "fused"), (False, "graph")):
+    assert compile_mode("none", cpu) == compile_mode("none", cuda) == "none"
+    for possible, on_gpu, on_cpu in ((True, "fused", "fused"), (False, "graph", "none")):
         monkeypatch.setattr(compile_module, "can_fuse", lambda device, possible=possible: possible)
-        assert compile_mode("auto", cuda) == chosen
+        assert compile_mode("auto", cuda) == on_gpu and compile_mode("auto", cpu) == on_cpu
     for compile in ("graph", "fused"):
         assert compile_mode(compile, cuda) == compile
         assert recorder(compile, cuda).args == (cuda_graph, cuda)
-        with pytest.raises(ConfigError, match=f"compile={compile} needs a CUDA device"):
-            compile_mode(compile, cpu)
-    assert recorder("none", cuda) is as_it_is
+    assert recorder("none", cuda) is recorder("fused", cpu) is as_it_is
+
+
+@pytest.mark.parametrize("compile, needs", [("graph", "a CUDA device"), ("fused", "numba, which is not installed")])
+def test_what_is_not_possible_on_a_cpu_is_refused(monkeypatch, compile, needs):
+    monkeypatch.setattr(compile_module, "find_spec", lambda name: None)
+    with pytest.raises(ConfigError, match=f"compile={compile} .*needs {needs}"):
+        compile_mode(compile, torch.device("cpu"))

@@ -1,7 +1,9 @@
 """F.conv2d and F.conv_transpose2d without padding, composed of operations that are fast on a CPU.
 
 Some of oneDNN's are slow: the gradient of a bias, which it computes together with the weight's (a plain sum takes a
-hundredth of that), and in bfloat16, beside what is done here, at the shapes of scale=paper (one core of an AMD EPYC):
+hundredth of that); in float32 a convolution to few points and both its gradients (3.7, 3.9 and 4.0 times as long as
+products, one core of an Intel Xeon, the last layer of scale=paper); and in bfloat16, beside what is done here, at the
+shapes of scale=paper (one core of an AMD EPYC):
 
     a transposed convolution with a bias whose stride does not divide its kernel        four times as long
     the gradient of a kernel of many channels, beside products of windows               1.1 to 3.5 times
@@ -28,7 +30,7 @@ PART = 1250  # windows at a time, which stay in the caches
 
 
 class Windows:
-    """A bfloat16 convolution, or a transposed one, as matrix products with windows on a CPU."""
+    """A convolution, or a transposed one, as matrix products with windows on a CPU."""
 
     def __init__(self, weight: Tensor, stride: int, points: int, size: int):
         self.stride, self.points, self.size = stride, points, size
@@ -78,11 +80,10 @@ def rows(x: Tensor) -> Tensor:
 
 def by_products(x: Tensor, weight: Tensor, stride: int, transposed: bool) -> Windows | None:
     """The products to compute x by; None where oneDNN is as fast, or does not compute."""
-    if x.device.type != "cpu" or x.dtype != torch.bfloat16 or len(weight) < MANY:
-        return None
     kernel, size = weight.shape[-1], x.shape[-1]
     points, larger = (size, (size - 1) * stride + kernel) if transposed else ((size - kernel) // stride + 1, size)
-    return Windows(weight, stride, points, larger)
+    pays = {torch.bfloat16: len(weight) >= MANY, torch.float32: points < FEW and not transposed}
+    return Windows(weight, stride, points, larger) if pays.get(x.dtype) and x.device.type == "cpu" else None
 
 
 class _Convolution(torch.autograd.Function):
@@ -129,7 +130,5 @@ def transposed_to_patches(x: Tensor, weight: Tensor, bias: Tensor, stride: int) 
 
 def transposed_of_point(x: Tensor, weight: Tensor, bias: Tensor) -> Tensor:
     """F.conv_transpose2d of images of one point, x (N, c), as one product: (N, C, k, k)."""
-    inputs, out, kernel, _ = weight.shape
-    matrix = weight.permute(0, 2, 3, 1).reshape(inputs, -1)
-    y = torch.addmm(bias.repeat(kernel * kernel), x, matrix)
-    return y.view(-1, kernel, kernel, out).permute(0, 3, 1, 2)
+    y = torch.mm(x, weight.flatten(1)).view(-1, *weight.shape[1:]) + bias[:, None, None]
+    return y.contiguous(memory_format=torch.channels_last)

@@ -15,10 +15,13 @@ from curionav_cli.agents.lbs_dreamer.kernels.precision import as_computed
 MANY = 500  # states from which on laying out the columns pays
 
 
-def indices(stoch: Tensor, classes: int) -> Tensor | None:
-    """Where the one-hots (B, S * C) are one: (B, S) int64. None where sums of columns would not pay."""
-    if stoch.device.type != "cpu" or len(stoch) < MANY:
-        return None
+def pays(stoch: Tensor) -> bool:
+    """Tell whether sums of columns pay for the one-hots (B, S * C)."""
+    return stoch.device.type == "cpu" and len(stoch) >= MANY
+
+
+def indices(stoch: Tensor, classes: int) -> Tensor:
+    """Where the one-hots (B, S * C) are one: (B, S) int64."""
     one_hots = stoch.unflatten(-1, (-1, classes))  # (B, S, C)
     index = (one_hots @ torch.arange(classes, dtype=stoch.dtype)).long()
     return index + classes * torch.arange(one_hots.shape[-2])

@@ -1,0 +1,78 @@
+"""Fused functions of a step against the plain ones; both draw the same latents."""
+
+import pytest
+import torch
+
+pytest.importorskip("numba")
+
+from curionav_cli.agents.lbs_dreamer.compile import fuse_rows
+from curionav_cli.agents.lbs_dreamer.networks import initialise
+from curionav_cli.agents.lbs_dreamer.rssm import RSSM, State
+
+T, B, E, SIZES = 4, 3, 5, [(3, 4), (4, 20)]  # latents and classes; 20 are laid out with classes last
+
+
+def pair(latents, classes):
+    """The same model twice, the second fused, and a generator for inputs."""
+    models = [RSSM(E, 3, deter=20, hidden=24, latents=latents, classes=classes) for _ in range(2)]
+    for model in models:
+        generator = torch.Generator().manual_seed(0)
+        initialise(model, generator)
+        with torch.no_grad():
+            for parameter in model.parameters():
+                parameter.add_(torch.rand(parameter.shape, generator=generator) - 0.5)
+    fuse_rows(models[1])
+    return models, generator
+
+
+def close(one, other):
+    torch.testing.assert_close(one, other, rtol=1e-4, atol=1e-5)
+
+
+@pytest.mark.parametrize("latents, classes", SIZES)
+def test_filtering_and_its_gradient_are_the_plain_ones(latents, classes):
+    models, generator = pair(latents, classes)
+    action = torch.randint(-1, 3, (T, B), generator=generator)
+    noise = torch.rand(T, B, latents, generator=generator)
+    shapes = (B, 20), (B, latents * classes), (T, B, E)
+    given = [torch.randn(*shape, generator=generator).requires_grad_() for shape in shapes]
+    slopes = [torch.randn(T, B, size, generator=generator) for size in (20, *[latents * classes] * 2)]
+    results = []
+    for model in models:
+        observed = model.observe(State(*given[:2]), given[2], action, noise)
+        made = *observed.states, observed.posterior.flatten(-2)
+        loss = sum((part * slope).sum() for part, slope in zip(made, slopes, strict=True))
+        learned = [weight for name, weight in model.named_parameters() if not name.startswith(("img_out", "img_dist"))]
+        results.append((*made, *torch.autograd.grad(loss, [*given, *learned])))
+    for plain, fused in zip(*results, strict=True):
+        close(fused, plain)
+
+
+@pytest.mark.parametrize("latents, classes", SIZES)
+@torch.no_grad()
+def test_imagination_is_the_plain_one(latents, classes):
+    models, generator = pair(latents, classes)
+    deter, index = torch.randn(B, 20, generator=generator), torch.randint(classes, (B, latents), generator=generator)
+    start = State(deter, torch.nn.functional.one_hot(index, classes).float().flatten(-2))
+    plain, fused = (model.dynamics() for model in models)
+    one = other = start
+    ones = fused.ones(start)
+    for step in torch.rand(T, B, latents + 1, generator=generator):
+        action = torch.randint(3, (B,), generator=generator)
+        one, _ = plain.roll(one, action, step[:, :-1], None)
+        other, ones = fused.roll(other, action, step[:, :-1], ones)
+        close(other, one)
+        assert (ones == fused.ones(other)).all()
+
+
+def test_numbers_that_overflow_and_vanish_are_as_in_torch():
+    from curionav_cli.agents.lbs_dreamer.kernels import latent, rows
+
+    logits = torch.tensor([[[200.0, 0.0, -200.0], [-3e4, -3e4, 1e4]], [[0.0, 0.0, 0.0], [90.0, 89.0, 1.0]]])
+    noise = torch.tensor([[0.5, 0.999], [0.9999999, 0.74]])
+    one_hot, probs = torch.empty_like(logits), torch.empty_like(logits)
+    index = torch.empty(2, 2, dtype=torch.int64)
+    rows.draw(*(x.numpy() for x in (logits, noise, one_hot, probs, index)))
+    expected, _ = latent.draw(logits, noise)
+    assert (one_hot == expected).all()
+    close(probs, logits.softmax(-1))
