@@ -23,6 +23,7 @@ from curionav_cli.agents.lbs_dreamer.behaviour import sample_action
 from curionav_cli.agents.lbs_dreamer.checkpoint import load_learner, save_learner
 from curionav_cli.agents.lbs_dreamer.compile import compile_mode, fuse, recorder
 from curionav_cli.agents.lbs_dreamer.device_replay import DeviceReplay, room_on
+from curionav_cli.agents.lbs_dreamer.kernels import latent
 from curionav_cli.agents.lbs_dreamer.learner import Learner, build_networks
 from curionav_cli.agents.lbs_dreamer.open_loop import predict_episode
 from curionav_cli.agents.lbs_dreamer.planner import policy
@@ -87,6 +88,7 @@ class LBSDreamer(Agent):
         self.action = torch.tensor([NO_ACTION], device=self.device)
         self.acting_generator: torch.Generator | None = None
         self.execution.begin()
+        self.entropies: list[Tensor] = []  # (1,) each, of the planner's choices
 
     def act(self, observation: dict[str, np.ndarray], info: dict[str, Any]) -> int:
         """Carry out the last choice to its end; then filter the image into the model state and draw another one."""
@@ -102,7 +104,13 @@ class LBSDreamer(Agent):
         noise, planned = self._noise(partial(torch.rand, generator=self.acting_generator, device=self.device))
         outputs = self.filter(Step(torch.from_numpy(image), self.action, *self.state, noise, planned))
         self.state, self.action = State(outputs["deter"], outputs["stoch"]), outputs["action"]
+        if planned is not None:
+            self.entropies.append(outputs["entropy"].clone())
         return int(self.action)
+
+    def report(self) -> dict[str, float]:
+        """The mean entropy of planned choices in nats, of the last episode; that of the actor is told by `learn`."""
+        return {"plan_entropy": float(torch.cat(self.entropies).mean())} if self.entropies else {}
 
     @torch.inference_mode()
     def _filter(self, step: Step) -> dict[str, Tensor]:
@@ -112,8 +120,9 @@ class LBSDreamer(Agent):
         patches = model.patches(step.image.to(self.device))
         state, _ = rssm.filter(State(step.deter, step.stoch), rssm.action_input(step.action),
                                rssm.embed_input(model.encoder(patches)), step.noise[:, :-1])
-        action = sample_action(self.policy.logits(state, step.planned), step.noise[:, -1])
-        return {"deter": state.deter, "stoch": state.stoch, "action": action}
+        logits = self.policy.logits(state, step.planned)
+        return {"deter": state.deter, "stoch": state.stoch, "action": sample_action(logits, step.noise[:, -1]),
+                "entropy": latent.entropy(logits)}
 
     def export_weights(self) -> bytes:
         """Return encoder, RSSM and what the policy needs as a safetensors file."""
