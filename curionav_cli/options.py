@@ -9,6 +9,7 @@ which options were chosen, and where. Episodes on disk look the same with and wi
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import dataclass
 from enum import Enum
 from typing import Any
 
@@ -31,6 +32,7 @@ class OptionSet(Enum):
     seven = "seven"
 
 
+@dataclass(frozen=True)
 class Options:
     """The seven options (decisions.Every)."""
 
