@@ -24,7 +24,6 @@ import torch
 from torch import Tensor
 
 from curionav_cli.agents.lbs_dreamer import settings as lbs_settings
-from curionav_cli.agents.lbs_dreamer.behaviour import Imagined
 from curionav_cli.agents.lbs_dreamer.curiosity.curiosity import Curiosity
 from curionav_cli.agents.lbs_dreamer.learner import Networks
 from curionav_cli.agents.lbs_dreamer.rssm import RSSM, State
@@ -101,5 +100,5 @@ def follow(rssm: RSSM, curiosity: Curiosity, state: State, noise: Tensor) -> tup
     action = torch.arange(actions, device=noise.device).repeat_interleave(samples).repeat(sequences)  # (N * A * J,)
     ones = rssm.ones(before)
     after = rssm.imagine(before, rssm.action_input(action), noise.repeat(sequences * actions, 1), ones)
-    reward = curiosity.intrinsic_reward(Imagined(torch.stack([before.features, after.features]), action[None]))[1]
+    reward = curiosity.of_arriving(before.features, action, after.features)  # (N * A * J,)
     return after, reward.view(-1, samples).mean(1)
