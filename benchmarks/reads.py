@@ -38,12 +38,15 @@ def judged(run: RunFolder) -> dict[int, dict[str, float]]:
     agent = build.agent(settings, build.scene(settings))
     known, new = ([Episode.load(path) for path in some] for some in (paths[:EPISODES], paths[EPISODES:][:JUDGED]))
     replay = Replay(known, every=agent.every)
-    frames, batch = replay.steps // agent.every, settings.agent.batch_size * settings.agent.sequence_length
-    earlier, found = np.concatenate([one.pose[::agent.every] for one in known]), {}
+    frames = sum(len(replay.episode(index)) for index in range(len(replay)))
+    batch = settings.agent.batch_size * settings.agent.sequence_length
+    chosen = [agent.every.decisions(one.action, one.collided).frame for one in new]
+    earlier, found = np.concatenate([replay.episode(index).pose for index in range(len(replay))]), {}
     for reads in READS:
         agent.learn(replay, round(reads * frames / batch) - agent.learner.updates, lambda done: None)
-        views = [novelty.judged(agent.predict(EPISODES + n, one), novelty.distance(one.pose[::agent.every], earlier),
-                                novelty.kinds(one.action, one.collided, agent.every)) for n, one in enumerate(new)]
+        views = [novelty.judged(agent.predict(EPISODES + n, one), frame, novelty.distance(one.pose[frame], earlier),
+                                novelty.kinds(one.action, one.collided, frame))
+                 for n, (one, frame) in enumerate(zip(new, chosen, strict=True))]
         found[reads] = novelty.table(novelty.Views(*(np.concatenate(parts, -1) for parts in zip(*views))))[0]
     return found
 

@@ -12,6 +12,7 @@ from curionav_cli.agents.registry import AGENTS
 from curionav_cli.agents.setup import Setup
 from curionav_cli.config.schema import Compile, Config, Device, Logger, Scale
 from curionav_cli.errors import ConfigError
+from curionav_cli.options import chosen
 from curionav_cli.robot.settings import Turtlebot
 from curionav_cli.world.env import NavigationEnv
 from curionav_cli.world.scene.scene import Scene
@@ -76,11 +77,12 @@ def check_lengths(settings: Config) -> None:
     steps, why = settings.loop.steps, ""
     if isinstance(settings.robot, Turtlebot) and settings.robot.steps < steps:
         steps, why = settings.robot.steps, ", as long as robot.battery lasts"
-    length, repeat = getattr(settings.agent, "sequence_length", 0), getattr(settings.agent, "action_repeat", 1)
-    if settings.loop.iterations and length > steps // repeat + 1:
-        held = f" whose actions are held for {repeat} (agent.action_repeat)" if repeat > 1 else ""
-        raise ConfigError(f"agent.sequence_length={length} does not fit into an episode of {steps} steps{why}{held}. "
-                          f"Set loop.steps={(length - 1) * repeat} or more, or a shorter agent.sequence_length.")
+    length, every = getattr(settings.agent, "sequence_length", 0), chosen(asdict(settings.agent))
+    if settings.loop.iterations and length > steps // every.most + 1:
+        lasting = f" whose {every.lasting}" if every.most > 1 else ""
+        raise ConfigError(f"agent.sequence_length={length} does not fit into an episode of {steps} steps{why}"
+                          f"{lasting}. Set loop.steps={(length - 1) * every.most} or more, or a shorter "
+                          "agent.sequence_length.")
     unroll = getattr(settings.agent, "unroll", 1)
     if settings.loop.iterations and steps % unroll:
         raise ConfigError(f"agent.unroll={unroll} does not divide an episode of {steps} steps{why}. "

@@ -9,12 +9,14 @@ from __future__ import annotations
 
 import json
 from dataclasses import dataclass, field, replace
+from itertools import pairwise
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from curionav_cli.constants import ACTIONS, IMAGE_SHAPE
+from curionav_cli.decisions import Decisions, Every
 from curionav_cli.errors import RunFolderError
 from curionav_cli.files import read_arrays, understood, write_arrays
 
@@ -111,19 +113,19 @@ class Episode:
     def __len__(self) -> int:
         return len(self.action)
 
-    def every(self, repeat: int) -> Episode:
-        """The episode at the frames that an agent with action_repeat=`repeat` acts on; an incomplete repeat is cut off.
+    def every(self, every: Every) -> Episode:
+        """The episode at the frames at which its agent chose. Raises RunFolderError as `Every.decisions` does."""
+        return self.at(every.decisions(self.action, self.collided))
 
-        Raises RunFolderError where an action was not held.
-        """
-        if repeat == 1:
+    def at(self, kept: Decisions) -> Episode:
+        """The episode at these frames, with what was chosen as its actions; what was cut off at its end is left out."""
+        if len(kept.action) == len(self):  # every step was chosen, and a choice of one step is its primitive action
             return self
-        action = held(self.action, repeat)
-        steps = len(action) * repeat
-        frames = slice(0, steps + 1, repeat)
-        estimate = None if self.estimate is None else self.estimate[frames].copy()
-        return replace(self, image=self.image[frames].copy(), action=action, pose=self.pose[frames].copy(),
-                       estimate=estimate, collided=np.any(self.collided[:steps].reshape(-1, repeat), axis=1))
+        frame = kept.frame
+        estimate = None if self.estimate is None else self.estimate[frame]
+        collided = np.array([self.collided[first:end].any() for first, end in pairwise(frame)], bool)
+        return replace(self, image=self.image[frame], action=kept.action, pose=self.pose[frame], estimate=estimate,
+                       collided=collided)
 
     def save(self, path: Path) -> None:
         """Write the episode as npz, whole or absent; same bytes for the same episode."""
@@ -148,18 +150,6 @@ class Episode:
             raise RunFolderError(f"{path} holds no episode: its images are {image.dtype} {image.shape}, "
                                  f"for {len(action)} actions that should be 0, 1 or 2.")
         return cls(**arrays, events=events, dock=dock)
-
-
-def held(action: np.ndarray, repeat: int, what: object = "an episode") -> np.ndarray:
-    """The distinct decisions (T // repeat,) in actions (T,) that were each held for `repeat` steps.
-
-    what: the episode, for the message. Raises RunFolderError where an action was not held.
-    """
-    groups = action[:len(action) // repeat * repeat].reshape(-1, repeat)
-    if (groups != groups[:, :1]).any():
-        raise RunFolderError(f"{what} was recorded without agent.action_repeat={repeat}: its actions are not held for "
-                             f"{repeat} steps. Set agent.action_repeat=1.")
-    return groups[:, 0].copy()
 
 
 @dataclass(frozen=True)
@@ -209,6 +199,11 @@ class Surprise:
     reward: np.ndarray
 
 
+def counted(every: int) -> str:
+    """What predictions with this `every` count."""
+    return "steps" if every else "options"
+
+
 @dataclass(frozen=True)
 class Prediction:
     """Open-loop predictions of an agent for an episode that it has not learned from.
@@ -218,7 +213,7 @@ class Prediction:
     frame (W, F) int64, their indices in the episode; image (W, F, 64, 64, 3) uint8, the agent's. error and repeat
     (N, H) float32: mean squared errors, of images in [0, 1], after `every` to H * every steps of N windows evenly
     spread, of the agent and of repeating the last frame of the context. every: steps for which an action is held; no
-    frame in between is predicted.
+    frame in between is predicted. 0: actions of different lengths (options), and `step` and H count these.
     """
 
     step: np.ndarray
@@ -246,7 +241,7 @@ class Prediction:
         own = read_arrays(path, ("step", "frame", "image", "error", "repeat"), ("every",))
         with understood(path):
             every = int(own.pop("every", np.array(1)))
-            if every < 1:
+            if every < 0:
                 raise ValueError(f"an action is held for {every} steps")
         return cls(**own, surprise=cls.load_surprise(path), every=every)
 

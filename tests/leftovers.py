@@ -15,5 +15,5 @@ def leftovers(run):
     rows = [json.loads(line) for line in (run / "metrics.jsonl").read_text().splitlines()]
     files["metrics"] = [{k: v for k, v in row.items() if "seconds_" not in k} for row in rows]
     files["status"] = RunFolder(run).status
-    files["replay"] = files["status"].pop("replay")
+    files["replay"] = files["status"].pop("replay", None)
     return files

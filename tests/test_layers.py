@@ -10,7 +10,8 @@ import pytest
 import curionav_cli
 
 LAYERS = (
-    "errors", "constants", "geometry", "bounds", "safe_yaml", "files", "records", "world", "robot", "storage", "agents",
+    "errors", "constants", "geometry", "bounds", "safe_yaml", "files", "decisions", "options", "records", "world",
+    "robot", "storage", "agents",
     "remote", "loop", "results", "config", "build", "execution", "commands", "app",
 )
 LENT = {"torch": ("agents",), "hydra": ("config",), "omegaconf": ("config",), "matplotlib": ("results",)}

@@ -10,6 +10,8 @@ from leftovers import leftovers
 from tiny import LEARNER
 
 from curionav_cli.files import read_json
+from curionav_cli.options import Options
+from curionav_cli.records import Episode
 
 # Kills its own process at a chosen moment of the third episode, as a power cut would.
 KILLED = DEADLY + """
@@ -129,6 +131,45 @@ def test_a_run_of_held_actions_is_resumed_as_well(tmp_path, warm):
     ours, quiet = leftovers(tmp_path / "run"), leftovers(tmp_path / "quiet")
     assert [name for name in ours if ours[name] != quiet[name]] == []
     assert quiet["replay"]["steps"] == 4 * 10
+
+@pytest.mark.parametrize("agent", [("agent=random",), ("agent.sequence_length=3", "agent.behaviour=plan")])
+def test_a_run_of_options_is_resumed_as_well(tmp_path, agent, warm):
+    """Killed in the third of its episodes, in a turn or on a drive; the last option of an episode may be cut off."""
+    given = {word.partition("=")[0]: word for word in (*LEARNER, *agent, "agent.options=seven", "loop.steps=40")}
+    words = [word for key, word in given.items() if agent[0] != "agent=random" or key in (
+        "env", "agent", "loop.steps", "loop.episodes", "agent.options")]
+    assert warm("explore", *words, f"hydra.run.dir={tmp_path / 'quiet'}").returncode == 0
+    killed = warm("acting", "explore", *words, f"hydra.run.dir={tmp_path / 'run'}",
+                      program=KILLED.replace("steps == 24", "steps == 80"))
+    assert killed.returncode == -signal.SIGKILL, killed.stderr
+    resumed = warm("resume", str(tmp_path / "run"))
+    assert resumed.returncode == 0, resumed.stderr
+    ours, quiet = leftovers(tmp_path / "run"), leftovers(tmp_path / "quiet")
+    assert [name for name in ours if ours[name] != quiet[name]] == []
+    episodes = [Episode.load(path) for path in sorted((tmp_path / "run" / "episodes").iterdir())]
+    ends = [int(Options().decisions(one.action, one.collided).frame[-1]) for one in episodes]
+    assert len(ends) == 4 and all(40 - Options.most < end <= 40 for end in ends)
+    if agent[0] != "agent=random":
+        assert quiet["replay"]["steps"] == sum(ends)
+        assert all("plan_entropy" in row for row in quiet["metrics"])
+
+
+def test_a_run_from_before_there_were_options_goes_on(tmp_path, warm):
+    run, newer = tmp_path / "run", {"options": "none", "behaviour": "actor"}
+    assert warm("explore", *LEARNER, "loop.episodes=1", f"hydra.run.dir={run}").returncode == 0
+    (save,) = (run / "checkpoint").glob("0*")
+    (save / "checksums.json").unlink()
+    for path in (run / "fixed.json", save / "settings.json"):
+        held = read_json(path)
+        assert {key: held["agent"].pop(key) for key in newer} == newer
+        assert len([held["agent"].pop(key) for key in list(held["agent"]) if key.startswith("plan_")]) == 3
+        path.write_text(json.dumps(held))
+    lines = (run / "config.yaml").read_text().splitlines()
+    (run / "config.yaml").write_text("\n".join(
+        line for line in lines if not line.strip().startswith(("plan_", "options:", "behaviour:"))))
+    resumed = warm("resume", str(run), "loop.episodes=2")
+    assert resumed.returncode == 0 and "goes on after 1 finished episode" in resumed.stdout, resumed.stderr
+    assert "behaviour: actor" in (run / "config.yaml").read_text()
 
 
 def test_a_run_from_before_actions_were_held_goes_on(tmp_path, warm):

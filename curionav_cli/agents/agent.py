@@ -30,6 +30,7 @@ from typing import Any
 import numpy as np
 
 from curionav_cli.constants import Stream
+from curionav_cli.decisions import EACH_STEP, Every
 from curionav_cli.files import read_json
 from curionav_cli.records import Episode, Prediction
 from curionav_cli.storage.replay import Replay
@@ -40,14 +41,15 @@ class Agent(ABC):
 
     learns: `learn` does something; without it the loop keeps no replay and calls neither `learn` nor `predict`.
     on_policy: it learns only from the episode that it has just acted in, so that offline training is refused.
-    every: steps for which it holds an action (action repeat); the replay keeps the frames that it acts on.
+    every: how often it chooses, at each step unless it says otherwise (action repeat, options); the replay keeps the
+    frames at which it does.
     device: where it computes, for the record.
     rng: its own generator, seeded by the run's seed; `save` and `load` keep its state.
     """
 
     learns = False
     on_policy = False
-    every = 1
+    every: Every = EACH_STEP
     device: Any = "cpu"
 
     def __init__(self, seed: int):

@@ -9,13 +9,23 @@ import numpy as np
 
 from curionav_cli.agents.agent import Agent
 from curionav_cli.constants import ACTIONS, FORWARD, HEADINGS, LEFT, RIGHT
+from curionav_cli.decisions import EACH_STEP, Every
 
 
 class Random(Agent):
-    """Draws one of the three actions with equal probability."""
+    """Draws one of the three actions, or one of the options of `every`, with equal probability."""
+
+    def __init__(self, seed: int, every: Every = EACH_STEP):
+        super().__init__(seed)
+        self.every, self.execution = every, every.execution()
+
+    def begin(self) -> None:
+        self.execution.begin()
 
     def act(self, observation: dict[str, np.ndarray], info: dict[str, Any]) -> int:
-        return int(self.rng.integers(len(ACTIONS)))
+        if self.execution.due(info):
+            self.execution.start(int(self.rng.integers(len(self.every.names))))
+        return self.execution.step()
 
 
 class Sticky(Agent):

@@ -7,6 +7,7 @@ quick.
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import asdict
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from curionav_cli.agents import cbet, lbs_dreamer, mapper, settings
@@ -14,6 +15,7 @@ from curionav_cli.agents.cbet.settings import CBET, CBETLifelong
 from curionav_cli.agents.lbs_dreamer.settings import LBSDreamer
 from curionav_cli.agents.mapper.settings import Mapper
 from curionav_cli.agents.setup import Setup
+from curionav_cli.options import chosen
 
 if TYPE_CHECKING:
     from curionav_cli.agents.agent import Agent
@@ -29,7 +31,7 @@ class Registered(NamedTuple):
 def random(own: settings.Random, setup: Setup) -> Agent:
     from curionav_cli.agents.baselines import Random
 
-    return Random(setup.seed)
+    return Random(setup.seed, chosen(asdict(own)))
 
 
 def sticky(own: settings.Sticky, setup: Setup) -> Agent:

@@ -5,13 +5,15 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from curionav_cli.bounds import within
+from curionav_cli.options import OptionSet
 
 
 @dataclass(frozen=True)
 class Random:
-    """Each action with the same probability."""
+    """Each action, or each option, with the same probability."""
 
     name: str
+    options: OptionSet
 
 
 @dataclass(frozen=True)

@@ -62,10 +62,9 @@ def check(settings: Config) -> None:
                           "Choose agent=lbs_dreamer.")
     length, most = getattr(settings.agent, "sequence_length", 0), episodes.longest(data, names, agent.every)
     if length > most + 1:
-        held = f" held for {agent.every} steps" if agent.every > 1 else ""
+        shorter = ", or a shorter agent.action_repeat" if agent.every.held > 1 else ""
         raise ConfigError(f"agent.sequence_length={length} does not fit into the longest episode of {data}, "
-                          f"{most} actions{held}. Set agent.sequence_length={most + 1} or less"
-                          f"{', or a shorter agent.action_repeat' if held else ''}.")
+                          f"{most} {agent.every.unit}. Set agent.sequence_length={most + 1} or less{shorter}.")
 
 
 def check_server(settings: Config) -> None:

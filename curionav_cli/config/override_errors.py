@@ -236,7 +236,7 @@ class OverrideErrors:
 
     def guess(self, key: str, known: list[str]) -> str:
         close = closest(key, [*known, *self.groups])
-        return did_you_mean(close) or of_agents(key) or f"\n{self.command} --help lists them all."
+        return of_agents(key) or did_you_mean(close) or f"\n{self.command} --help lists them all."
 
     def file(self, config_path: str) -> str:
         """The path of 'env/mine' on the search path; env=map for a file of ours, which is not to be mended."""

@@ -76,7 +76,9 @@ def read_settings(path: Path, changes: Sequence[str] = ()) -> Config:
     return changed(node, changes) if changes else settings
 
 
-OLDER = {"lbs_dreamer": {"action_repeat": 1}}  # what held before these could be set
+OLDER = {"lbs_dreamer": {"action_repeat": 1, "options": "none", "behaviour": "actor", "plan_depth": 2,
+                         "plan_samples": 8, "plan_temperature": 0.03},
+         "random": {"options": "none"}}  # what held before these could be set
 
 
 def newer() -> dict[str, Any]:

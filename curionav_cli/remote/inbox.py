@@ -14,9 +14,10 @@ from typing import NamedTuple
 import numpy as np
 
 from curionav_cli.constants import IMAGE_SHAPE
+from curionav_cli.decisions import EACH_STEP, Every
 from curionav_cli.errors import EpisodeRefused, RunFolderError
 from curionav_cli.files import opened, write_bytes
-from curionav_cli.records import Episode, held
+from curionav_cli.records import Episode
 from curionav_cli.remote.ledger import Ledger
 from curionav_cli.remote.object_store import ObjectStore
 from curionav_cli.remote.protocol import MARKED, SMALL, Marker, Refusal, parsed, sha256, written
@@ -41,11 +42,11 @@ class Inbox:
 
     folder: the quarantine, where broken episodes are kept, the newest of each name. settings: the fingerprint that
     markers must carry. steps: of the longest episode. gap: seconds that a missing number is waited for. clock: the
-    time in seconds. say: prints a line. every: steps for which actions are held.
+    time in seconds. say: prints a line. every: how often the robot's agent chooses.
     """
 
     def __init__(self, store: ObjectStore, ledger: Ledger, folder: Path, *, settings: str, steps: int, gap: float,
-                 clock: Callable[[], float], say: Callable[[str], None], every: int = 1):
+                 clock: Callable[[], float], say: Callable[[str], None], every: Every = EACH_STEP):
         self.store, self.ledger, self.folder, self.settings, self.steps = store, ledger, folder, settings, steps
         self.gap, self.clock, self.say, self.every = gap, clock, say, every
         self.first: list[str] = []  # taken before an interruption: these come first again
@@ -120,7 +121,7 @@ class Inbox:
             raise ValueError("it does not hold what an episode holds")
         episode = Episode.load(path)
         refuse_wrong_arrays(episode, marker.steps)
-        held(episode.action, self.every, "it")
+        self.every.decisions(episode.action, episode.collided, "it")
         path.unlink()
         return episode
 

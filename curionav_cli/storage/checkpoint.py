@@ -108,7 +108,9 @@ def refuse_broken(folder: Path) -> None:
             raise RunFolderError(f"{folder / name} is not whole (its checksum is another one). Restore it from a copy.")
 
 
-SAME = {"agent.action_repeat was null, now 1", "env.scale_occupied was null, now 100"}  # runs older than the setting
+NEWER = {"agent.action_repeat": 1, "env.scale_occupied": 100, "agent.options": "none", "agent.behaviour": "actor",
+         "agent.plan_depth": 2, "agent.plan_samples": 8, "agent.plan_temperature": 0.03}  # as before they were settings
+SAME = {f"{key} was null, now {json.dumps(value)}" for key, value in NEWER.items()}
 
 
 def refuse_changes(run: Path, was: dict[str, Any], now: dict[str, Any]) -> None:

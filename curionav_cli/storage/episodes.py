@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from curionav_cli.decisions import Every
 from curionav_cli.errors import RunFolderError
 from curionav_cli.files import checksum, read_arrays
-from curionav_cli.records import held
 from curionav_cli.storage.run_folder import RunFolder
 
 
@@ -44,9 +44,10 @@ def checksums(data: Path, episodes: list[str]) -> dict[str, str]:
     return {name: checksum(data / name) for name in episodes}
 
 
-def longest(data: Path, episodes: list[str], repeat: int = 1) -> int:
-    """Number of actions of the longest episode, each held for `repeat` steps.
+def longest(data: Path, episodes: list[str], every: Every) -> int:
+    """Number of choices in the episode that has most.
 
-    Raises RunFolderError where one is broken, or was recorded with another action_repeat.
+    Raises RunFolderError where one is broken, or was recorded with other choices.
     """
-    return max(len(held(read_arrays(data / name, ("action",))["action"], repeat, data / name)) for name in episodes)
+    moves = ((data / name, read_arrays(data / name, ("action", "collided"))) for name in episodes)
+    return max(len(every.decisions(arrays["action"], arrays["collided"], path).action) for path, arrays in moves)

@@ -13,6 +13,7 @@ from pathlib import Path
 
 import numpy as np
 
+from curionav_cli.decisions import EACH_STEP, Every
 from curionav_cli.records import Episode
 from curionav_cli.storage.scratch import Scratch
 
@@ -35,10 +36,13 @@ class Stored:
 class Replay:
     """A replay buffer: draws windows uniformly over all stored steps; a window never leaves its episode.
 
-    every: steps for which the agent holds an action; only the frames that it acts on are kept, as observations.
+    every: how often the agent chooses; only the frames at which it did are kept, as observations, and its choices are
+    the actions.
     memory: bytes of frames kept in memory, of the first episodes that fit; it changes no window. The other frames are
     in an unnamed file in `folder` until `close`. Actions, poses and collisions of all episodes are in memory, 33 bytes
     an observation.
+
+    steps: of the environment that the stored frames cover; a choice that an episode's end cut off is left out.
 
     B windows of L consecutive observations, as `sample` returns them:
         image     (B, L, 64, 64, 3) uint8
@@ -49,8 +53,8 @@ class Replay:
     """
 
     def __init__(self, episodes: Iterable[Episode] = (), *, memory: float = math.inf, folder: Path | None = None,
-                 every: int = 1):
-        self.memory, self.in_memory, self.every = memory, 0, every
+                 every: Every = EACH_STEP):
+        self.memory, self.in_memory, self.every, self.steps = memory, 0, every, 0
         self._scratch = Scratch(folder)
         self._stored: list[Stored] = []
         self._lengths = np.zeros(0, np.int64)  # actions of each episode
@@ -58,11 +62,11 @@ class Replay:
             self.add(episode)
 
     @classmethod
-    def open(cls, paths: Iterable[Path], *, memory: float = math.inf, folder: Path | None = None, every: int = 1
-             ) -> Replay:
+    def open(cls, paths: Iterable[Path], *, memory: float = math.inf, folder: Path | None = None,
+             every: Every = EACH_STEP) -> Replay:
         """A replay of the episodes in these files, in this order.
 
-        Raises RunFolderError where one is broken, or was recorded with another action_repeat.
+        Raises RunFolderError where one is broken, or was recorded with other choices.
         """
         replay = cls(memory=memory, folder=folder, every=every)
         try:
@@ -74,8 +78,9 @@ class Replay:
         return replay
 
     def add(self, episode: Episode) -> None:
-        """Add an episode. Raises OSError where the disk is full, RunFolderError where its actions were not held."""
-        episode = episode.every(self.every)
+        """Add an episode. Raises OSError where the disk is full, RunFolderError where it has no such choices."""
+        kept = self.every.decisions(episode.action, episode.collided)
+        episode = episode.at(kept)
         frames = episode.image.shape
         if self.in_memory + episode.image.nbytes <= self.memory:
             self._stored.append(Stored(episode, frames))
@@ -84,15 +89,11 @@ class Replay:
             place = self._scratch.append(episode.image)
             self._stored.append(Stored(replace(episode, image=episode.image[:0].copy()), frames, place))
         self._lengths = np.append(self._lengths, len(episode))
+        self.steps += int(kept.frame[-1])
 
     def __len__(self) -> int:
         """Number of episodes."""
         return len(self._stored)
-
-    @property
-    def steps(self) -> int:
-        """Environment steps covered by the stored frames; fewer than `every` of each episode are left out."""
-        return int(self._lengths.sum()) * self.every
 
     @property
     def on_disk(self) -> int:

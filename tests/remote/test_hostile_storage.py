@@ -16,6 +16,7 @@ import pytest
 from remote.pair import STEPS, Pair
 from servers import Place
 
+from curionav_cli.decisions import Steps
 from curionav_cli.errors import RunFolderError, Unreachable
 from curionav_cli.remote.protocol import LATEST, SEAL, Marker, agree_on_settings, sha256, written
 
@@ -160,7 +161,7 @@ def test_settings_of_a_megabyte_and_deep_json_are_no_settings(pair: Pair) -> Non
 def test_an_episode_whose_actions_were_not_held_is_refused(pair: Pair) -> None:
     """It is well formed, and learning from it would end the server, each time anew."""
     pair.record(0)
-    pair.server.inbox.every = 2
+    pair.server.inbox.every = Steps(2)
     pair.dock()
     assert pair.learned == b"\0" * 32
     assert any("is refused: it was recorded without agent.action_repeat=2" in line for line in pair.said["server"])

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from curionav_cli.decisions import Steps
 from curionav_cli.errors import RunFolderError
 from curionav_cli.records import Episode, FloorPlan, Pose
 
@@ -63,12 +64,12 @@ def test_an_episode_at_the_frames_of_an_agent_that_holds_actions_for_three_steps
     episode.action[:9] = np.repeat([2, 0, 1], 3)  # the last two steps are no whole action
     episode.collided[:] = False
     episode.collided[[4, 10]] = True
-    kept = episode.every(3)
+    kept = episode.every(Steps(3))
     assert kept.action.tolist() == [2, 0, 1] and kept.collided.tolist() == [False, True, False] and len(kept) == 3
     np.testing.assert_array_equal(kept.image, episode.image[[0, 3, 6, 9]])
     np.testing.assert_array_equal(kept.pose, episode.pose[[0, 3, 6, 9]])
     assert not np.shares_memory(kept.image, episode.image)  # or a replay would hold all of it
-    assert episode.every(1) is episode
+    assert episode.every(Steps(1)) is episode
     episode.action[4] = 1
     with pytest.raises(RunFolderError, match=r"without agent\.action_repeat=3: .*Set agent\.action_repeat=1\."):
-        episode.every(3)
+        episode.every(Steps(3))

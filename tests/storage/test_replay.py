@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from scipy.stats import chisquare
 
+from curionav_cli.decisions import Steps
 from curionav_cli.errors import RunFolderError
 from curionav_cli.storage.replay import NO_ACTION, Replay
 
@@ -191,7 +192,7 @@ def test_a_broken_episode_is_named(tmp_path):
 def test_of_held_actions_only_the_frames_that_were_acted_on_are_kept(tmp_path, an_episode, memory):
     episode = marked(an_episode, 0, 21)
     episode.action[:] = np.arange(21) // 4
-    replay = Replay([episode], memory=memory, folder=tmp_path, every=4)
+    replay = Replay([episode], memory=memory, folder=tmp_path, every=Steps(4))
     batch = replay.sample(32, 3, np.random.default_rng(0))
     shown = batch["image"][..., 0, 0, 1].astype(int)
     assert set(shown[:, 0]) == {0, 4, 8, 12} and (np.diff(shown, axis=1) == 4).all()

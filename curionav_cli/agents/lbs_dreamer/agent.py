@@ -7,6 +7,8 @@ Where its intrinsic reward comes from: curiosity/ (lbs.py, equation (2) of the p
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from dataclasses import asdict
+from functools import partial
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -17,21 +19,25 @@ from torch import Tensor
 from curionav_cli.agents.agent import Agent
 from curionav_cli.agents.device import ALL, keep_freed_memory, repeatable, resolve_device
 from curionav_cli.agents.lbs_dreamer import settings as lbs_settings
+from curionav_cli.agents.lbs_dreamer.behaviour import sample_action
 from curionav_cli.agents.lbs_dreamer.checkpoint import load_learner, save_learner
 from curionav_cli.agents.lbs_dreamer.compile import compile_mode, fuse_on, recorder
 from curionav_cli.agents.lbs_dreamer.device_replay import DeviceReplay, room_on
+from curionav_cli.agents.lbs_dreamer.kernels import latent
 from curionav_cli.agents.lbs_dreamer.learner import Learner, build_networks
 from curionav_cli.agents.lbs_dreamer.open_loop import predict_episode
+from curionav_cli.agents.lbs_dreamer.planner import policy
 from curionav_cli.agents.lbs_dreamer.rssm import State
 from curionav_cli.agents.lbs_dreamer.world_model import Sequences
 from curionav_cli.agents.meter import Meter, finite
 from curionav_cli.agents.weights import load_weights, overwrite, pack, unpack
 from curionav_cli.constants import IMAGE_SHAPE, Stream
 from curionav_cli.errors import ConfigError, WeightsRefused
+from curionav_cli.options import chosen
 from curionav_cli.records import Episode, FloorPlan, Prediction
 from curionav_cli.storage.replay import NO_ACTION, Replay
 
-ACTING = ("world_model.encoder.", "world_model.rssm.", "behaviour.actor.")  # the networks that acting needs
+ACTING = ("world_model.encoder.", "world_model.rssm.")  # the networks that acting needs, beside those of the policy
 
 
 class Step(NamedTuple):
@@ -42,6 +48,7 @@ class Step(NamedTuple):
     deter: Tensor  # (1, D), h_{t-1}
     stoch: Tensor  # (1, S * C), z_{t-1}
     noise: Tensor  # (1, S + 1) uniform in [0, 1): the last number for the action
+    planned: Tensor | None = None  # Policy.noise
 
 
 class LBSDreamer(Agent):
@@ -59,7 +66,8 @@ class LBSDreamer(Agent):
         super().__init__(seed)
         keep_freed_memory(kept=ALL, mapped_from=None)
         self.hyper, self.seed, self.device = hyper, seed, resolve_device(device)
-        self.every = hyper.action_repeat
+        self.every = chosen(asdict(hyper))
+        self.execution = self.every.execution()
         repeatable(self.device)
         mode = compile_mode(compile, self.device)
         record = recorder(mode, self.device)
@@ -69,6 +77,7 @@ class LBSDreamer(Agent):
             fuse_on(self.device, networks.world_model.rssm, hyper.precision)
         self.learner = Learner(hyper, networks, torch.Generator(self.device).manual_seed(learning_seed), record)
         self.visit_counts = networks.curiosity.visit_counts(plan)
+        self.policy = policy(networks, hyper)
         self.filter = record(self._filter, [])
         self.frames: DeviceReplay | None = None
         self.begin()
@@ -78,20 +87,30 @@ class LBSDreamer(Agent):
         self.state = self.learner.networks.world_model.rssm.initial(1)
         self.action = torch.tensor([NO_ACTION], device=self.device)
         self.acting_generator: torch.Generator | None = None
-        self.steps = 0
+        self.execution.begin()
+        self.entropies: list[Tensor] = []  # (1,) each, of the planner's choices
 
     def act(self, observation: dict[str, np.ndarray], info: dict[str, Any]) -> int:
-        """Filter the image into the model state, draw an action from the policy, and hold it for `every` steps."""
-        self.steps += 1
-        if (self.steps - 1) % self.every:
-            return int(self.action)
+        """Carry out the last choice to its end; then filter the image into the model state and draw another one."""
+        if self.execution.due(info):
+            self.execution.start(self.choose(observation["image"], info["episode_index"]))
+        return self.execution.step()
+
+    def choose(self, image: np.ndarray, episode: int) -> int:
+        """Filter an image (64, 64, 3) into the model state, and draw a choice from the policy."""
         if self.acting_generator is None:
-            seed = np.random.default_rng([self.seed, Stream.acting, info["episode_index"]]).integers(2**62)
+            seed = np.random.default_rng([self.seed, Stream.acting, episode]).integers(2**62)
             self.acting_generator = torch.Generator(self.device).manual_seed(int(seed))
-        noise = torch.rand(1, self.hyper.latent_dimension + 1, generator=self.acting_generator, device=self.device)
-        outputs = self.filter(Step(torch.from_numpy(observation["image"]), self.action, *self.state, noise))
+        noise, planned = self._noise(partial(torch.rand, generator=self.acting_generator, device=self.device))
+        outputs = self.filter(Step(torch.from_numpy(image), self.action, *self.state, noise, planned))
         self.state, self.action = State(outputs["deter"], outputs["stoch"]), outputs["action"]
+        if planned is not None:
+            self.entropies.append(outputs["entropy"].clone())
         return int(self.action)
+
+    def report(self) -> dict[str, float]:
+        """The mean entropy of planned choices in nats, of the last episode; that of the actor is told by `learn`."""
+        return {"plan_entropy": float(torch.cat(self.entropies).mean())} if self.entropies else {}
 
     @torch.inference_mode()
     def _filter(self, step: Step) -> dict[str, Tensor]:
@@ -101,11 +120,12 @@ class LBSDreamer(Agent):
         patches = model.patches(step.image.to(self.device))
         state, _ = rssm.filter(State(step.deter, step.stoch), rssm.action_input(step.action),
                                rssm.embed_input(model.encoder(patches)), step.noise[:, :-1])
-        action = networks.behaviour.act(state.features, step.noise[:, -1])
-        return {"deter": state.deter, "stoch": state.stoch, "action": action}
+        logits = self.policy.logits(state, step.planned)
+        return {"deter": state.deter, "stoch": state.stoch, "action": sample_action(logits, step.noise[:, -1]),
+                "entropy": latent.entropy(logits)}
 
     def export_weights(self) -> bytes:
-        """Return encoder, RSSM and actor as a safetensors file."""
+        """Return encoder, RSSM and what the policy needs as a safetensors file."""
         return pack(self.acting_weights())
 
     def import_weights(self, raw: bytes) -> None:
@@ -121,16 +141,21 @@ class LBSDreamer(Agent):
     def acts_finitely(self) -> bool:
         """Tell whether model state and policy are finite for a grey image."""
         grey = torch.full(IMAGE_SHAPE, 128, dtype=torch.uint8)
-        action, noise = torch.tensor([NO_ACTION]), torch.full((1, self.hyper.latent_dimension + 1), 0.5)
-        networks = self.learner.networks
-        step = Step(grey, action.to(self.device), *networks.world_model.rssm.initial(1), noise.to(self.device))
-        outputs = self.filter(step)
+        action = torch.tensor([NO_ACTION], device=self.device)
+        noise, planned = self._noise(lambda shape: torch.full(shape, 0.5, device=self.device))
+        outputs = self.filter(Step(grey, action, *self.learner.networks.world_model.rssm.initial(1), noise, planned))
         state = State(outputs["deter"], outputs["stoch"])
-        return bool(torch.cat([state.features, networks.behaviour.actor(state.features)], -1).isfinite().all())
+        return bool(torch.cat([state.features, self.policy.logits(state, planned)], -1).isfinite().all())
+
+    def _noise(self, drawn: Callable[[tuple[int, ...]], Tensor]) -> tuple[Tensor, Tensor | None]:
+        """Random numbers of a step of acting, for the latents and the draw of an action, then for the policy."""
+        own = drawn((1, self.hyper.latent_dimension + 1))
+        return own, drawn(self.policy.noise) if self.policy.noise else None
 
     def acting_weights(self) -> dict[str, Tensor]:
-        """The weights that acting needs, encoder, RSSM and actor, by name: the tensors themselves, not copies."""
-        return {name: tensor for name, tensor in self.learner.networks.state_dict().items() if name.startswith(ACTING)}
+        """The weights that acting needs, by name: the tensors themselves, not copies."""
+        acting = (*ACTING, self.policy.weights)
+        return {name: tensor for name, tensor in self.learner.networks.state_dict().items() if name.startswith(acting)}
 
     def predict(self, index: int, episode: Episode) -> Prediction | None:
         """Predict windows of the episode open-loop (open_loop.py); None where it is too short."""
@@ -184,7 +209,7 @@ class LBSDreamer(Agent):
         except ValueError as error:
             raise ConfigError(
                 f"no episode is long enough to learn from: a training sequence has {length} observations "
-                f"(agent.sequence_length), so loop.steps must be at least {(length - 1) * self.every}.") from error
+                f"(agent.sequence_length), so loop.steps must be at least {(length - 1) * self.every.most}.") from error
         all_which, all_start = (np.concatenate(part) for part in zip(*drawn, strict=True))
         moves = replay.moves(all_which, all_start, length)  # (count * B, L)
         parts = [moves["action"].T, moves["is_start"]]

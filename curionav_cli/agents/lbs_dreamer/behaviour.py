@@ -50,10 +50,6 @@ class Behaviour(nn.Module):
         self.critic = MLP(features, units, layers, 1, hot)
         self.slow_critic = MLP(features, units, layers, 1, hot).requires_grad_(False)
 
-    def act(self, features: Tensor, noise: Tensor) -> Tensor:
-        """Draw a_t ~ pi(a | s_t): features (N, F), noise (N,) uniform in [0, 1) -> (N,) int64."""
-        return sample_action(self.actor.activations(features)[-1], noise)
-
     @torch.no_grad()
     def imagine(self, rssm: RSSM, start: State, noise: Tensor) -> Imagined:
         """Roll out H steps of policy and dynamics from N states.

@@ -9,7 +9,9 @@ Letters: T steps, B sequences, H horizon, N rollouts, S latents.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from contextlib import AbstractContextManager, nullcontext
+from dataclasses import asdict
 from typing import NamedTuple
 
 import torch
@@ -25,18 +27,19 @@ from curionav_cli.agents.lbs_dreamer.optimiser import Optimiser
 from curionav_cli.agents.lbs_dreamer.rssm import Observed, State
 from curionav_cli.agents.lbs_dreamer.stream_norm import StreamNorm
 from curionav_cli.agents.lbs_dreamer.world_model import Sequences, WorldModel, choose
-from curionav_cli.constants import ACTIONS, FORWARD, LEFT, RIGHT
+from curionav_cli.options import chosen
 
 
 class Networks(nn.Module):
-    """All networks and running means: the content of `weights.safetensors`."""
+    """All networks and running means: the content of `weights.safetensors`. actions: names of the actions (A)."""
 
     def __init__(self, hyper: lbs_settings.LBSDreamer):
         super().__init__()
-        self.world_model = WorldModel(hyper, len(ACTIONS))
+        self.actions = chosen(asdict(hyper)).names
+        self.world_model = WorldModel(hyper, len(self.actions))
         rssm = self.world_model.rssm
         self.curiosity = curiosity(hyper, rssm)
-        self.behaviour = Behaviour(rssm.features, len(ACTIONS), hyper.mlp_units, hyper.mlp_layers, rssm.stoch)
+        self.behaviour = Behaviour(rssm.features, rssm.actions, hyper.mlp_units, hyper.mlp_layers, rssm.stoch)
         self.stream_norm = StreamNorm(hyper.reward_momentum, hyper.reward_centring)
 
 
@@ -94,7 +97,8 @@ class Learner:
 
     def count(self) -> bool:
         """Count an update, and tell whether it learns behaviour; first copies the slow critic where that is due."""
-        with_behaviour = self.updates % self.hyper.behaviour_interval == 0
+        acts = self.hyper.behaviour is lbs_settings.BehaviourKind.actor  # a search needs no actor
+        with_behaviour = acts and self.updates % self.hyper.behaviour_interval == 0
         if with_behaviour:
             if self.behaviour_updates % self.hyper.slow_critic_interval == 0:
                 self.networks.behaviour.update_slow_critic()
@@ -155,7 +159,7 @@ class Learner:
             **spread("curiosity_reward", intrinsic), **spread("reward", reward),
             "reward_magnitude": networks.stream_norm.magnitude.clone(), "critic_value": value.mean(),
             "critic_target": target.mean(), "critic_loss": critic_loss, **spread("advantage", advantage),
-            "actor_loss": actor_loss, "actor_entropy": entropy, **action_shares(imagined.action),
+            "actor_loss": actor_loss, "actor_entropy": entropy, **action_shares(imagined.action, networks.actions),
         }
         metrics["actor_norm"] = self.optimisers["actor"].step(actor_loss)
         metrics["critic_norm"] = self.optimisers["critic"].step(critic_loss)
@@ -183,7 +187,6 @@ def spread(name: str, x: Tensor) -> dict[str, Tensor]:
     return {name: x.mean(), f"{name}_deviation": x.std()}
 
 
-def action_shares(action: Tensor) -> dict[str, Tensor]:
+def action_shares(action: Tensor, names: Sequence[str]) -> dict[str, Tensor]:
     """The share of each action among imagined ones, as metrics."""
-    names = {"forward": FORWARD, "left": LEFT, "right": RIGHT}
-    return {f"imagined_{name}": (action == number).float().mean() for name, number in names.items()}
+    return {f"imagined_{name}": (action == number).float().mean() for number, name in enumerate(names)}

@@ -18,6 +18,7 @@ from curionav_cli.agents.lbs_dreamer.kernels import latent
 from curionav_cli.agents.lbs_dreamer.learner import Networks
 from curionav_cli.agents.lbs_dreamer.rssm import State
 from curionav_cli.agents.lbs_dreamer.world_model import WorldModel
+from curionav_cli.decisions import Every
 from curionav_cli.records import Episode, Prediction, Surprise
 from curionav_cli.storage.replay import NO_ACTION
 
@@ -27,12 +28,13 @@ SHOWN, MEASURED = 6, 16  # windows
 
 
 def predict_episode(networks: Networks, episode: Episode, length: int, rng: np.random.Generator, device: torch.device,
-                    every: int = 1) -> Prediction | None:
+                    every: Every) -> Prediction | None:
     """Predict windows of an episode, and measure its surprise; None where it is too short for a window.
 
-    length: of a training sequence. every: steps for which an action is held; windows are of the frames acted on.
+    length: of a training sequence. every: how often the agent chooses; windows are of the frames at which it did.
     """
-    episode = episode.every(every)
+    chosen = every.decisions(episode.action, episode.collided)
+    episode = episode.at(chosen)
     horizon = min(HORIZON, len(episode.image) - CONTEXT)
     if horizon < 1:
         return None
@@ -46,10 +48,10 @@ def predict_episode(networks: Networks, episode: Episode, length: int, rng: np.r
     at = CONTEXT - 1 + step  # of the window
     truth, measured = truth[len(shown):], predicted[len(shown):]
     measured_surprise = surprise(networks, episode, length, rng, device)
-    return Prediction(step * every, frame[:len(shown), at] * every, predicted[:len(shown), at],
+    return Prediction(step * max(1, every.held), chosen.frame[frame[:len(shown), at]], predicted[:len(shown), at],
                      squared_error(measured[:, CONTEXT:], truth[:, CONTEXT:]),
                      squared_error(truth[:, CONTEXT - 1:CONTEXT], truth[:, CONTEXT:]),
-                     replace(measured_surprise, frame=measured_surprise.frame * every), every)
+                     replace(measured_surprise, frame=chosen.frame[measured_surprise.frame]), every.held)
 
 
 @torch.no_grad()

@@ -7,6 +7,7 @@ from enum import Enum
 
 from curionav_cli.bounds import bounded, within
 from curionav_cli.constants import IMAGE_CHANNELS, IMAGE_SIDE
+from curionav_cli.options import OptionSet
 
 
 class Precision(Enum):
@@ -31,6 +32,13 @@ class Curiosity(Enum):
     count = "count"
     shuffled = "shuffled"
     none = "none"
+
+
+class BehaviourKind(Enum):
+    """How it chooses: by an actor that is trained in imagination, or by a search there at each choice (planner.py)."""
+
+    actor = "actor"
+    plan = "plan"
 
 
 @dataclass(frozen=True)
@@ -67,7 +75,12 @@ class LBSDreamer:
     weight_decay: float
     clip: float
     # Not in the table
+    options: OptionSet  # seven: an action is an option, whose length takes the place of action_repeat
     action_repeat: int  # steps for which an action is held; the model observes the frames that are acted on
+    behaviour: BehaviourKind
+    plan_depth: int  # actions of a sequence, all of which are followed: A^depth of A actions
+    plan_samples: int  # rollouts of each sequence
+    plan_temperature: float  # share of an action's mean value at which the policy prefers one value to another e-fold
     rssm_hidden: int
     encoder_channels: list[int]
     encoder_kernels: list[int]
@@ -89,6 +102,7 @@ class LBSDreamer:
             "model_lr actor_lr critic_lr adam_epsilon": (0, 1),
             "free_nats entropy": (0, 10**6), "curiosity_burn_in": (0, 10**9), "clip": (1e-8, 1e9),
             "mlp_layers": (1, 100), "action_repeat": (1, 1000), "horizon": (2, 1000),
+            "plan_depth": (1, 4), "plan_samples": (1, 100), "plan_temperature": (1e-4, 1e4),
             "batch_size latent_dimension gru_units mlp_units rssm_hidden": (1, 10**4),
             "sequence_length latent_classes": (2, 10**4),
             "imagination_starts": (1, 10**6), "slow_critic_interval behaviour_interval": (1, 10**9)})

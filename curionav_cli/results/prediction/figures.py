@@ -38,7 +38,7 @@ def draw_beside(runs: Sequence[Run], out: Path) -> list[Path]:
     first = {run.env: run for run in reversed(runs) if run.predictions}
     names = [env for env in dict.fromkeys(run.env for run in runs) if env in first]
     strips = [prediction_plots.chosen(stored_predictions.strips(first[env]))[0] for env in names]
-    if len({strip.step.tobytes() for strip in strips}) != 1 or len(names) < 2:
+    if len({(strip.step.tobytes(), strip.unit) for strip in strips}) != 1 or len(names) < 2:
         return []
     plots.save(prediction_plots.pictures(strips, "Episodes before learning from them", names),
                out / "predictions.png")
@@ -76,7 +76,7 @@ def line(run: Run) -> str | None:
     actions = [n for n in (1, 5, 15) if n <= errors.predicted.shape[1]]
     ours, still = zip(*(errors.after(n) for n in actions))
     steps = errors.steps[np.array(actions) - 1]
-    return (f"{run.label}: open-loop error after {numbers(steps, '{}')} steps {numbers(ours, '{:.4f}')}, "
+    return (f"{run.label}: open-loop error after {numbers(steps, '{}')} {errors.unit} {numbers(ours, '{:.4f}')}, "
             f"of the repeated last frame {numbers(still, '{:.4f}')}, over the newest {len(errors.predicted)} episodes")
 
 

@@ -8,11 +8,13 @@ Whitney's U over the number of pairs).
 
 from __future__ import annotations
 
+from itertools import pairwise
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from curionav_cli.files import read_arrays
+from curionav_cli.options import chosen
 from curionav_cli.records import Prediction
 from curionav_cli.results.prediction.stored_predictions import newest
 from curionav_cli.results.runs import Run
@@ -44,33 +46,37 @@ def views(run: Run) -> Views | None:
     stored = {index: one for index, one in newest(run, NEWEST).items() if index}
     if not stored:
         return None
-    paths, poses = run.episodes, run.poses()
-    found = []
-    for index, one in stored.items():
-        arrays, acted_on = read_arrays(paths[index], ("action", "collided")), slice(None, None, one.every)
-        away = distance(poses[index][acted_on], np.concatenate([pose[acted_on] for pose in poses[:index]]))
-        found.append(judged(one, away, kinds(arrays["action"], arrays["collided"], one.every)))
+    every, seen, found = chosen(run.config["agent"]), [], []
+    for index, (path, pose) in enumerate(zip(run.episodes, run.poses(), strict=True)):
+        arrays = read_arrays(path, ("action", "collided"))
+        frame = every.decisions(arrays["action"], arrays["collided"], path).frame
+        if index in stored:
+            away = distance(pose[frame], np.concatenate(seen))
+            found.append(judged(stored[index], frame, away, kinds(arrays["action"], arrays["collided"], frame)))
+        seen.append(pose[frame])
     return Views(*(np.concatenate(parts, -1) for parts in zip(*found)))
 
 
-def judged(prediction: Prediction, away: np.ndarray, kind: np.ndarray) -> Views:
-    """Judge the frames of an episode's windows. away, kind: (T+1,) distance in metres and kind of frames acted on."""
+def judged(prediction: Prediction, frames: np.ndarray, away: np.ndarray, kind: np.ndarray) -> Views:
+    """Judge the views of an episode's windows.
+
+    frames, away, kind: (n+1,) the frames at which the agent chose, their distance in metres and their kind.
+    """
     surprise = prediction.surprise
-    frame = surprise.frame // prediction.every
+    frame = np.searchsorted(frames, surprise.frame)
     position = np.broadcast_to(np.arange(frame.shape[1]), frame.shape)
     settled = (position >= SETTLED) | (frame[:, :1] == 0)
     return Views(away[frame].ravel(), kind[frame].ravel(), position.ravel(), settled.ravel(),
                  np.stack([surprise.kl.ravel(), surprise.reward.ravel()]))
 
 
-def kinds(action: np.ndarray, collided: np.ndarray, every: int = 1) -> np.ndarray:
-    """Index into KINDS of the action that led to each frame; 0 for the first.
+def kinds(action: np.ndarray, collided: np.ndarray, frames: np.ndarray) -> np.ndarray:
+    """Index into KINDS of the choice that led to each of `frames` (n+1,); 0 for the first.
 
-    action, collided: (T,) each; result: (T // every + 1,). A held action is cancelled if all its steps are.
+    action, collided: (T,) each. A choice is of the kind of its first step, and cancelled if all its steps are.
     """
-    steps = len(action) // every * every
-    cancelled = collided[:steps].reshape(-1, every).all(1)
-    return np.concatenate([[0], np.where(cancelled, 3, np.where(action[:steps:every] == 0, 1, 2))])
+    cancelled = np.array([collided[first:end].all() for first, end in pairwise(frames)], bool)
+    return np.concatenate([[0], np.where(cancelled, 3, np.where(action[frames[:-1]] == 0, 1, 2))])
 
 
 def distance(pose: np.ndarray, earlier: np.ndarray) -> np.ndarray:

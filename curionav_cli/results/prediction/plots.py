@@ -48,7 +48,7 @@ def pictures(strips: Sequence[Strip], title: str, names: Sequence[str] = ()) -> 
             canvas[y:y + SIDE, x:x + SIDE] = truth // COARSE * COARSE
             canvas[y + SIDE + GAP:y + 2 * SIDE + GAP, x:x + SIDE] = predicted // COARSE * COARSE
     figure, axes = a_canvas(canvas, title)
-    label_steps(axes, step, left)
+    label_steps(axes, step, left, strips[0].unit)
     where = [f"{chr(ord('a') + place)}  {name}\n" for place, name in enumerate(names)] or [""] * len(strips)
     for strip, y, name in zip(strips, top.tolist(), where):
         label_rows(axes, strip, y, name)
@@ -86,12 +86,12 @@ def a_canvas(canvas: np.ndarray, title: str) -> tuple[Figure, Axes]:
     return figure, axes
 
 
-def label_steps(axes: Axes, step: np.ndarray, left: np.ndarray) -> None:
-    """Write the number of the step above each column, and whether it was seen or predicted."""
+def label_steps(axes: Axes, step: np.ndarray, left: np.ndarray, unit: str) -> None:
+    """Write the number of the step (or `unit`) above each column, and whether it was seen or predicted."""
     for n, x in zip(step, left):
         text = f"{n}".replace("-", "−") if n <= 0 else f"+{n}"
         axes.annotate(text, (x + SIDE / 2, 0), (0, 3), textcoords="offset points", ha="center", color=INK)
-    for name, columns in (("last seen", left[step <= 0]), ("predicted: steps ahead", left[step > 0])):
+    for name, columns in (("last seen", left[step <= 0]), (f"predicted: {unit} ahead", left[step > 0])):
         middle = (columns[0] + columns[-1] + SIDE) / 2
         axes.annotate(name, (middle, 0), (0, 16), textcoords="offset points", ha="center", color=PALE)
 
@@ -116,8 +116,8 @@ def error_curve(errors: Errors, agent: str, over: str, title: str) -> Figure:
         mean, spread = error.mean(0), error.std(0, ddof=1) if len(error) > 1 else np.zeros(len(steps))
         axes.plot(steps, mean, label=name, linewidth=1.6, marker=".", markersize=4, **style)
         axes.fill_between(steps, mean - spread, mean + spread, color=style["color"], alpha=0.18, linewidth=0)
-    axes.set(title=wrapped(title, 4.0), xlabel="steps ahead", ylabel="mean squared error, [0, 1]", ylim=(0, None),
-             xlim=(min(steps[0], steps[-1] - 0.5), steps[-1]))
+    axes.set(title=wrapped(title, 4.0), xlabel=f"{errors.unit} ahead", ylabel="mean squared error, [0, 1]",
+             ylim=(0, None), xlim=(min(steps[0], steps[-1] - 0.5), steps[-1]))
     axes.set_xticks([steps[n - 1] for n in (1, 5, 10, 15, 20) if n <= len(steps)])
     axes.legend(title=f"mean ± sd over {over}", loc="best")
     return figure

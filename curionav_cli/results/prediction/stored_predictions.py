@@ -11,7 +11,7 @@ import numpy as np
 
 from curionav_cli.errors import RunFolderError, SoundnessWarning
 from curionav_cli.files import read_arrays
-from curionav_cli.records import Prediction
+from curionav_cli.records import Prediction, counted
 from curionav_cli.results.prediction import moved_objects
 from curionav_cli.results.runs import Run
 
@@ -23,7 +23,7 @@ class Strip(NamedTuple):
 
     step (F,); frame (F,), of the episode; truth and predicted (F, 64, 64, 3) uint8; pose (F, 3); places in
     metres where objects that moved before the episode stood and stand; circles (F): around what differs because
-    of them.
+    of them. unit: what `step` counts.
     """
 
     episode: int
@@ -34,12 +34,13 @@ class Strip(NamedTuple):
     pose: np.ndarray
     places: list[tuple[float, float]]
     circles: list[list[moved_objects.Ellipse]]
+    unit: str = "steps"
 
 
 class Errors(NamedTuple):
     """Mean squared errors in units of [0, 1] after 1 to H actions, one row an episode or a run: (N, H) each.
 
-    every: steps for which an action is held.
+    every: steps for which an action is held; 0 for options, which then are what is counted.
     """
 
     predicted: np.ndarray
@@ -48,8 +49,13 @@ class Errors(NamedTuple):
 
     @property
     def steps(self) -> np.ndarray:
-        """Steps of the robot (H,) after which each error was measured."""
-        return np.arange(1, self.predicted.shape[1] + 1) * self.every
+        """Steps of the robot (H,), or options, after which each error was measured."""
+        return np.arange(1, self.predicted.shape[1] + 1) * max(1, self.every)
+
+    @property
+    def unit(self) -> str:
+        """What `steps` counts."""
+        return counted(self.every)
 
     def after(self, actions: int) -> tuple[float, float]:
         """Mean error of the prediction and of the repeated frame after so many actions."""
@@ -99,7 +105,8 @@ def windows(run: Run, index: int, prediction: Prediction) -> list[Strip]:
     """Read predictions beside the episode's own frames; circles are empty yet."""
     arrays = read_arrays(run.folder.episode_path(index), ("image", "pose", "events"))
     places = moved_objects.places(json.loads(str(arrays["events"])))
-    return [Strip(index, prediction.step, frame, arrays["image"][frame], image, arrays["pose"][frame], places, [])
+    return [Strip(index, prediction.step, frame, arrays["image"][frame], image, arrays["pose"][frame], places, [],
+                  counted(prediction.every))
             for frame, image in zip(prediction.frame, prediction.image)]
 
 

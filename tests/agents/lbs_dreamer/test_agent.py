@@ -9,6 +9,7 @@ import torch
 from traces import fingerprint, ignore, walk
 
 from curionav_cli.agents.lbs_dreamer.world_model import Sequences
+from curionav_cli.decisions import Steps
 from curionav_cli.errors import ConfigError, RunFailed, WeightsRefused
 
 
@@ -166,4 +167,4 @@ def test_an_action_is_held_and_what_comes_in_between_is_not_seen(agent, replay):
     other = replace(episode, image=episode.image.copy())
     other.image[1::3] = other.image[2::3] = 0
     assert walk(held, episode) == np.repeat(walk(agent(), seen), 3).tolist() == walk(held, other)
-    assert held.every == 3 and agent().every == 1
+    assert held.every == Steps(3) and agent().every == Steps(1)

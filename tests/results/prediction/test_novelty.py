@@ -76,6 +76,7 @@ def test_a_run_without_predictions_has_no_views(tmp_path, a_plan):
 def test_only_frames_that_are_acted_on_are_views(a_run):
     """Held for three steps: what the second episode acts on, the first has passed by in between."""
     folder = a_run.folder
+    folder.config.write_text(folder.config.read_text().replace("{name: lbs", "{action_repeat: 3, name: lbs"))
     for n in range(2):
         episode, one = Episode.load(folder.episode_path(n)), Prediction.load(folder.prediction_paths()[n])
         between = np.arange(12) % 3 > 0
@@ -91,4 +92,5 @@ def test_only_frames_that_are_acted_on_are_views(a_run):
 
 def test_a_held_action_is_cancelled_if_all_its_steps_are():
     action, collided = np.array([0, 0, 0, 1, 1, 1, 0, 0, 0, 2]), np.array([1, 1, 1, 0, 0, 0, 0, 1, 1, 0], bool)
-    assert [KINDS[kind] for kind in novelty.kinds(action, collided, 3)] == ["all", "cancelled", "turn", "forward"]
+    kinds = novelty.kinds(action, collided, np.array([0, 3, 6, 9]))
+    assert [KINDS[kind] for kind in kinds] == ["all", "cancelled", "turn", "forward"]

@@ -56,6 +56,10 @@ class Curiosity(nn.Module, ABC):
     def intrinsic_reward(self, imagined: Imagined) -> Tensor:
         """Rewards (H + 1, N) float32, none below zero; row i is that of arriving in the imagined state s_i."""
 
+    def of_arriving(self, before: Tensor, action: Tensor, after: Tensor) -> Tensor:
+        """Rewards (N,) of N actions (N,) that led from states with features `before` (N, F) to `after` (N, F)."""
+        return self.intrinsic_reward(Imagined(torch.stack([before, after]), action[None]))[1]
+
 
 class Head(Curiosity):
     """An MLP that predicts from a state s_t a number measured on the replay; its prediction is the intrinsic reward."""
@@ -80,6 +84,10 @@ class Head(Curiosity):
     def intrinsic_reward(self, imagined: Imagined) -> Tensor:
         """The head's prediction, clipped at zero."""
         return self.head(imagined.features, imagined.ones).squeeze(-1).float().clamp(min=0)
+
+    def of_arriving(self, before: Tensor, action: Tensor, after: Tensor) -> Tensor:
+        """The same, of the states reached alone."""
+        return self.head(after).squeeze(-1).float().clamp(min=0)
 
 
 def settled(steps: int, is_start: Tensor, burn_in: int) -> Tensor:
