@@ -17,7 +17,10 @@ class Lattice:
     """free, goal: (rows, columns) bool, cells of `cell` metres whose row 0, column 0 begins at (0, 0).
 
     turned: radians by which all headings differ from multiples of ten degrees, as those of a robot that drifts.
+    reached: cells that the last search looked at, if it found nothing.
     """
+
+    reached = 0
 
     def __init__(self, free: np.ndarray, goal: np.ndarray, cell: float, turned: float = 0.0):
         self.free, self.goal, self.cell = free, goal, cell
@@ -53,6 +56,7 @@ class Lattice:
             pose, new = pose[first], np.flatnonzero(self.goal.flat[place[first] // HEADINGS])
             if len(new):
                 return trace(waves, int(new[0]))
+        self.reached = int(seen.reshape(-1, HEADINGS).any(axis=1).sum())
         return []
 
     def places(self, pose: np.ndarray) -> np.ndarray:

@@ -18,6 +18,8 @@ from curionav_cli.robot.measurements import Scan
 from curionav_cli.robot.occupancy import INSIDE, MOST, Occupancy
 
 MOVED, TURNED = 0.2, math.radians(25.0)  # a view is entered when the robot moved or turned so much since the last one
+FADED = 1.0  # log-odds, at most, of an obstacle when an episode begins: two views of the floor there open the cell
+SHUT_IN = 1.0  # metres around a robot that is shut in, within which it forgets obstacles
 ALONG = np.arange(1, 11) / 10.0  # of a move, to find the cells that it passes
 
 
@@ -52,22 +54,31 @@ class Memory:
         return self.map.cell
 
     def begin(self) -> None:
-        """An episode begins: things may have moved, and the next view counts."""
+        """An episode begins: things may have moved, so obstacles fade, and the next view counts."""
         self.today[:] = False
+        np.minimum(self.map.odds, np.float32(FADED), out=self.map.odds)
         self._entered = (math.inf, math.inf, 0.0)
 
-    def see(self, pose: Pose, scan: Scan, near: float) -> None:
-        """Enter a view, unless it is nearly the last one. near: metres within which the floor is not seen."""
+    def see(self, pose: Pose, scan: Scan, near: float, lidar: Scan | None = None) -> None:
+        """Enter a view, unless it is nearly the last one. near: metres within which the floor is not seen.
+
+        lidar: what a LiDAR on the floor sees from there, if the robot has one.
+        """
         x, y, yaw = self._entered
         turned = abs((pose.yaw - yaw + math.pi) % (2 * math.pi) - math.pi)
         if math.hypot(pose.x - x, pose.y - y) < MOVED and turned < TURNED:
             return
         self._entered = pose
+        self._enter(pose, scan, near)
+        if lidar:
+            self._enter(pose, lidar, 0.0)
+        self._follow()
+
+    def _enter(self, pose: Pose, scan: Scan, near: float) -> None:
         self.map.insert(pose, scan, near)
         if self.visited.shape != self.map.odds.shape:
             self._grow()
         self._note(pose, scan)
-        self._follow()
 
     def _note(self, pose: Pose, scan: Scan) -> None:
         """Keep where in their cells the returns of a view lay."""
@@ -109,6 +120,14 @@ class Memory:
         self.closed[row[worst], column[worst]] = True
         if room[worst] > self.radius + 2 * self.cell:
             self.map.odds[row[worst], column[worst]] = MOST
+        self._follow()
+
+    def forget(self, x: float, y: float) -> None:
+        """Forget the obstacles around (x, y), to look at them again."""
+        around = self.map.cells_within(x, y, SHUT_IN)
+        self.map.odds[around & self.map.occupied] = 0.0
+        self.closed[around] = False
+        self._entered = (math.inf, math.inf, 0.0)
         self._follow()
 
     def room(self, row: np.ndarray, column: np.ndarray) -> np.ndarray:
