@@ -45,6 +45,7 @@ class Mapper(Agent):
         self.way: list[int] = []
         self.wait = self.stuck = 0
         self.before: Pose | None = None
+        self._seen = np.zeros(0, bool)  # of the searches
 
     def begin(self) -> None:
         self.memory.begin()
@@ -105,7 +106,9 @@ class Mapper(Agent):
     def _lattice(self, pose: Pose, goal: np.ndarray) -> Lattice:
         """The search grid; its headings are turned by what the estimated yaw is off multiples of ten degrees."""
         turned = pose.yaw - YAW[self._heading(pose)]
-        return Lattice(self.memory.free, goal, self.memory.cell, turned)
+        if len(self._seen) != goal.size * HEADINGS:
+            self._seen = np.zeros(goal.size * HEADINGS, bool)
+        return Lattice(self.memory.free, goal, self.memory.cell, turned, self._seen)
 
     def _at(self, pose: Pose) -> tuple[float, float, int]:
         """The pose on the map's grid."""

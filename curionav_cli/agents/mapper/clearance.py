@@ -43,15 +43,17 @@ class Clearance:
 
     def follow(self, occupied: np.ndarray) -> np.ndarray:
         """Count what is occupied now, (rows, columns) bool; the flat indices of cells that came too near to it."""
-        gone, come = np.nonzero(self._held & ~occupied), np.nonzero(occupied & ~self._held)
-        self._add(*gone, -1)
-        near = self._add(*come, 1)
+        changed = np.flatnonzero(self._held != occupied)
+        come = occupied.reshape(-1)[changed]
+        self._add(*np.divmod(changed[~come], occupied.shape[1]), -1)
+        near = self._add(*np.divmod(changed[come], occupied.shape[1]), 1)
         self._held = occupied.copy()
         return near
 
     def _add(self, row: np.ndarray, column: np.ndarray, change: int) -> np.ndarray:
         """Add `change` to every cell within the radius of the returns in these cells (n,); their flat indices."""
-        away = np.hypot(*np.moveaxis(self._offset - self.point[row, column][:, None], -1, 0))  # (n, K)
+        point = self.point[row, column]
+        away = np.hypot(self._offset[:, 0] - point[:, :1], self._offset[:, 1] - point[:, 1:])  # (n, K)
         at, which = np.nonzero(away <= self.limit)
         rows, columns = self.count.shape
         r, c = row[at] + self._offset[which, 0], column[at] + self._offset[which, 1]
