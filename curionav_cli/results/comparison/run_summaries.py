@@ -24,7 +24,7 @@ class RunSummary:
 
     env: its name and map. ends: (E + 1,) steps after 0 to E episodes. budget: what was spent by then, (E + 1,) of
     each part, nan where it is not known. whole: it is done, and no episode is missing. gaps: what is missing, a
-    line each.
+    line each. explored: the step at which the agent said that nothing was left, if it did.
     """
 
     folder: Path
@@ -41,6 +41,7 @@ class RunSummary:
     error: str
     whole: bool
     gaps: tuple[str, ...]
+    explored: int | None = None
 
     @property
     def steps(self) -> int:
@@ -83,4 +84,5 @@ def read(folder: Path, rule: str, denominator: str) -> RunSummary:
               for key, sums in spent(metrics).items()}
     return RunSummary(folder, run.config["env"], run.agent, run.seed, run.preset, arm_settings(fixed),
                       world_settings(fixed),
-                      found.curve, ends, budget, state, error, state == "done" and not found.lost, found.gaps)
+                      found.curve, ends, budget, state, error, state == "done" and not found.lost, found.gaps,
+                      found.status.get("explored_at"))
