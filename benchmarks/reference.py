@@ -87,7 +87,8 @@ def rows(env: str, curves: dict[str, list[Curve]]) -> Iterator[dict[str, Any]]:
                       for part in AT}
             yield {"env": env, "agent": agent, "seed": seed, "steps": curve.steps, "cells": curve.total, **shares,
                    "area_under_curve": curve.area(), "steps_to_50": curve.steps_to(0.5),
-                   "steps_to_80": curve.steps_to(0.8), "steps_to_90": curve.steps_to(0.9)}
+                   "steps_to_80": curve.steps_to(0.8), "steps_to_90": curve.steps_to(0.9),
+                   "steps_to_99": curve.steps_to(0.99)}
 
 
 def picture(env: str, curves: dict[str, list[Curve]]) -> Figure:

@@ -129,6 +129,12 @@ def compare(words: opt.CompareFolders = None, baseline: opt.Baseline = None, at:
     command_with_words("compare", words, baseline=baseline, at=at, marking=marking, denominator=denominator, out=out)
 
 
+@app.command("map")
+def write_map(words: opt.MapFolder = None, out: opt.MapOut = None) -> None:
+    """Write the map that a run's robot made as a ROS map (PGM and YAML), which env=map and Nav2 open."""
+    command_with_words("map", words, out=out)
+
+
 @app.command()
 def paper(words: opt.PaperWords = None, out: opt.PaperOut = None) -> None:
     """Write the paper's tables, and each of its numbers beside ours."""

@@ -25,7 +25,7 @@ from curionav_cli.storage.run_folder import RunFolder
 CHOICES: dict[str, tuple[str, ...]] = {
     "marking": tuple(RULES), "denominator": DENOMINATORS, "episodes": (), "film": (), "out": ()}
 SHOWN = ("agent", "seed", "marking", "of", "coverage", "visited", "cells", "area", "to 50 %", "to 80 %", "to 90 %",
-         "steps", "state", "env")
+         "to 99 %", "explored", "steps", "state", "env")
 BESIDE = 4  # runs of one environment in a figure
 
 

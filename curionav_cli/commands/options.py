@@ -78,6 +78,9 @@ CompareMarking = Annotated[str | None, option("compare", "marking", f"{MARKING} 
 CompareDenominator = Annotated[str | None, option("compare", "denominator", f"{DENOMINATOR} Default: visitable.")]
 CompareOut = Annotated[str | None, option("compare", "out", OUT)]
 
+MapFolder = Annotated[list[str] | None, folders("RUN", "The folder of one run, of agent=mapper or a docking robot.")]
+MapOut = Annotated[str | None, option("map", "out", f"{OUT} Default: the run's.")]
+
 PaperWords = Annotated[list[str] | None, folders(
     "WHAT [RUN]", "hyperparameters: the paper's and ours; sizes: of the scenes; docking: the diagram of the docking "
     "server; numbers: every number of the paper beside ours, from these runs.")]

@@ -19,6 +19,7 @@ COLUMNS: Columns = (
     ("steps", "steps", "{:,}"), ("visited", "visited", "{:,}"), ("cells", "cells", "{:,}"),
     ("coverage", "coverage", "{:.1%}"), ("area", "area_under_curve", "{:.3f}"),
     ("to 50 %", "steps_to_50", "{:,}"), ("to 80 %", "steps_to_80", "{:,}"), ("to 90 %", "steps_to_90", "{:,}"),
+    ("to 99 %", "steps_to_99", "{:,}"), ("explored", "steps_to_explored", "{:,}"),
     ("forward", "forward", "{:.0%}"), ("left", "left", "{:.0%}"), ("right", "right", "{:.0%}"),
     ("cancelled", "cancelled", "{:.0%}"), ("acting", "seconds_acting", "{:.0f} s"),
     ("learning", "seconds_learning", "{:.0f} s"), ("CPU", "cpu_seconds", "{:.0f} s"), ("updates", "updates", "{:,.0f}"),

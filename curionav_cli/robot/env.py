@@ -31,8 +31,9 @@ TURNS = {LEFT: TURN_ANGLE, RIGHT: -TURN_ANGLE}
 class RobotEnv(gymnasium.Wrapper):
     """Actions and observations of NavigationEnv. Observations and info["pose"] are those of the true pose.
 
-    info also has estimate (3,), the estimated pose, and after a reset dock, the report of the return to dock as a dict
-    or None. A step is truncated when the battery is down to the reserve for the return. pictures=False: images and
+    info also has estimate (3,), the estimated pose; lidar (2, beams), bearings from the heading in radians and ranges
+    in metres, nan without a return and before the first step; and after a reset dock, the report of the return to dock
+    as a dict or None. A step is truncated when the battery is down to the reserve for the return. pictures=False: images and
     depths are zeros, for agents that do not use them. link: wraps the docking server for its client.
     """
 
@@ -62,6 +63,7 @@ class RobotEnv(gymnasium.Wrapper):
         self.body.battery.charge()
         self.map = Occupancy()
         self.env.reward.reset(self.env.now.plan, *self.body.pose[:2])
+        self._scan = self.body.no_scan()
         return self._observe(), {**self._info(False), "dock": dock}
 
     def step(self, action: int) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
@@ -76,9 +78,9 @@ class RobotEnv(gymnasium.Wrapper):
             collided = reading.bump is not None
         else:
             reading, collided = self.body.drive(0.0, TURNS[action], seconds), False
-        scan = self.body.scan()
-        self.localiser.update(reading, scan)
-        self.map.integrate_scan(self.localiser.pose, scan)
+        self._scan = self.body.scan()
+        self.localiser.update(reading, self._scan)
+        self.map.integrate_scan(self.localiser.pose, self._scan)
         earned = self.env.reward.step(*self.body.pose[:2])
         return self._observe(), earned, False, self.body.battery.low, self._info(collided)
 
@@ -135,7 +137,8 @@ class RobotEnv(gymnasium.Wrapper):
         return {"image": views["image"][0], "depth": views["depth"][0]}
 
     def _info(self, collided: bool) -> dict[str, Any]:
-        return step_info(self.body.pose, collided, self._episode) | {"estimate": np.array(self.localiser.pose)}
+        return step_info(self.body.pose, collided, self._episode) | {
+            "estimate": np.array(self.localiser.pose), "lidar": np.stack([self._scan.bearing, self._scan.range])}
 
 
 BLANK: Observation = {"image": np.zeros(IMAGE_SHAPE, np.uint8), "depth": np.zeros(IMAGE_SHAPE[:2], np.float32)}

@@ -15,6 +15,7 @@ from curionav_cli.robot.measurements import Scan
 
 HIT, MISS, MOST = 0.9, 0.4, 3.5  # log-odds: added for a hit, subtracted for a pass, and their bound
 OCCUPIED = 0.5  # log-odds above which a cell is an obstacle
+INSIDE = 0.01  # metres behind a return, where the cell that it hit is
 MOVED = 0.15  # metres
 BLOCK = 40  # cells; the map grows by so many at once
 
@@ -78,7 +79,7 @@ class Occupancy:
         x = (pose[0] + cosine[:, None] * self._along)[free]
         y = (pose[1] + sine[:, None] * self._along)[free]
         self._add(x, y, -MISS)
-        past = length[ends] + 0.01  # a hit lies just inside what was hit
+        past = length[ends] + INSIDE
         self._add(pose[0] + cosine[ends] * past, pose[1] + sine[ends] * past, HIT + MISS)
 
     def integrate_scan(self, pose: Pose, scan: Scan) -> None:

@@ -74,6 +74,10 @@ class SimulatedRobot:
         scan = self._scan_with("lidar", self._lidar)
         return scan._replace(shift=self._match.shift(scan, self.pose))
 
+    def no_scan(self) -> Scan:
+        """A LiDAR scan without any return, as before the first one."""
+        return Scan(self._lidar.bearing, np.full(len(self._lidar.bearing), np.nan), self.time)
+
     def depth(self) -> Scan:
         """Take the horizontal line of the depth camera, ahead."""
         return self._scan_with("depth", self._depth)

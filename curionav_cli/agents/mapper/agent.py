@@ -1,6 +1,7 @@
 """Exploration on the robot's own map, without learning and without privileges (as explore_lite does it in ROS).
 
-Input: the depth image and the pose (info["estimate"] where the robot has one, else info["pose"]). The agent keeps an
+Input: the depth image, the LiDAR's scan (info["lidar"], where the robot has one) and the pose (info["estimate"] where
+the robot has one, else info["pose"]). The agent keeps an
 occupancy map across episodes and takes the fewest actions to a goal on it (Yamauchi 1997; goals.py). It has no access
 to the scene.
 """
@@ -22,10 +23,11 @@ from curionav_cli.agents.mapper.memory import Memory
 from curionav_cli.constants import ACTIONS, FORWARD, HEADINGS
 from curionav_cli.files import read_arrays, read_json, write_arrays
 from curionav_cli.records import Pose
-from curionav_cli.robot.occupancy import Occupancy
+from curionav_cli.robot.measurements import Scan
 from curionav_cli.world.motion import YAW
 
 STUCK = 3  # cancelled moves in a row, after which it moves at random
+SHUT_IN = 0.5  # of the cells that it visited; a search that reaches fewer says that the map is wrong around it
 PATIENCE = 50  # searches until it looks for a goal again, once there was none
 
 
@@ -33,7 +35,7 @@ class Mapper(Agent):
     """The agent of agent=mapper. goal: a name of GOALS.
 
     Where no goal is left it drives to cells not visited in this episode, so that changes are seen, and searches for a
-    goal again after PATIENCE searches.
+    goal again after PATIENCE searches. Where it is shut in it forgets the obstacles around it.
     """
 
     def __init__(self, seed: int, camera: DepthCamera, memory: Memory, goal: str):
@@ -43,6 +45,7 @@ class Mapper(Agent):
         self.way: list[int] = []
         self.wait = self.stuck = 0
         self.before: Pose | None = None
+        self._seen = np.zeros(0, bool)  # of the searches
 
     def begin(self) -> None:
         self.memory.begin()
@@ -54,7 +57,7 @@ class Mapper(Agent):
         if self.stuck and self.before:
             self.memory.cancelled(*self.before)
             self.way = []
-        self.memory.see(pose, self.camera.scan(observation["depth"]), self.camera.near)
+        self.memory.see(pose, self.camera.scan(observation["depth"]), self.camera.near, lidar(info))
         self.memory.land(pose.x, pose.y, (self.before or pose)[:2])
         if self.stuck > STUCK:
             self.way = []
@@ -76,7 +79,7 @@ class Mapper(Agent):
         super().load(folder)
         held = read_json(folder / "mapper.json")
         self.steps, self.explored = held["steps"], held["explored"]
-        self.memory.load(read_arrays(folder / "map.npz", Occupancy.SAVED + Memory.GRIDS))
+        self.memory.load(read_arrays(folder / "map.npz", Memory.SAVED))
 
     def _clear(self, pose: Pose) -> bool:
         """Is the next action still possible, by what is known now?"""
@@ -86,16 +89,26 @@ class Mapper(Agent):
         """The fewest actions to a goal; [] where nothing at all is left."""
         self.wait -= 1
         if self.wait <= 0:
-            way = self._lattice(pose, GOALS[self.goal](self.memory, pose.x, pose.y)).search(*self._at(pose))
+            lattice = self._lattice(pose, GOALS[self.goal](self.memory, pose.x, pose.y))
+            way = lattice.search(*self._at(pose))
             if way:
                 return way
-            self.explored, self.wait = self.explored or self.steps, PATIENCE
+            self._found_nothing(pose, lattice.reached)
         return self._lattice(pose, ~self.memory.today).search(*self._at(pose))
+
+    def _found_nothing(self, pose: Pose, reached: int) -> None:
+        """A search that reached so many cells found no goal: either the robot is shut in, or nothing is left."""
+        if reached < SHUT_IN * self.memory.visited.sum():
+            self.memory.forget(pose.x, pose.y)
+        else:
+            self.explored, self.wait = self.explored or self.steps, PATIENCE
 
     def _lattice(self, pose: Pose, goal: np.ndarray) -> Lattice:
         """The search grid; its headings are turned by what the estimated yaw is off multiples of ten degrees."""
         turned = pose.yaw - YAW[self._heading(pose)]
-        return Lattice(self.memory.free, goal, self.memory.cell, turned)
+        if len(self._seen) != goal.size * HEADINGS:
+            self._seen = np.zeros(goal.size * HEADINGS, bool)
+        return Lattice(self.memory.free, goal, self.memory.cell, turned, self._seen)
 
     def _at(self, pose: Pose) -> tuple[float, float, int]:
         """The pose on the map's grid."""
@@ -104,3 +117,8 @@ class Mapper(Agent):
 
     def _heading(self, pose: Pose) -> int:
         return round(pose.yaw / (2.0 * math.pi) * HEADINGS) % HEADINGS
+
+
+def lidar(info: dict[str, Any]) -> Scan | None:
+    """The LiDAR's scan in the info of a robot that has one; None for another."""
+    return Scan(*info["lidar"], 0.0) if "lidar" in info else None

@@ -11,12 +11,15 @@ import math
 import cv2
 import numpy as np
 
+from curionav_cli.agents.mapper.clearance import Clearance
 from curionav_cli.constants import STEP_LENGTH
 from curionav_cli.records import Pose
 from curionav_cli.robot.measurements import Scan
-from curionav_cli.robot.occupancy import MOST, Occupancy
+from curionav_cli.robot.occupancy import INSIDE, MOST, Occupancy
 
 MOVED, TURNED = 0.2, math.radians(25.0)  # a view is entered when the robot moved or turned so much since the last one
+FADED = 1.0  # log-odds, at most, of an obstacle when an episode begins: two views of the floor there open the cell
+SHUT_IN = 1.0  # metres around a robot that is shut in, within which it forgets obstacles
 ALONG = np.arange(1, 11) / 10.0  # of a move, to find the cells that it passes
 
 
@@ -34,36 +37,62 @@ class Memory:
     closed: np.ndarray
 
     GRIDS = ("visited", "today", "passed", "closed")
+    SAVED = (*Occupancy.SAVED, *GRIDS, "point")
 
     def __init__(self, cell: float, reach: float, radius: float):
         self.map, self.radius = Occupancy(cell, reach), radius
         for name in self.GRIDS:
             setattr(self, name, np.zeros(self.map.odds.shape, bool))
+        self.clearance = Clearance(self.map.odds.shape, cell, radius)
         self._corner = self.map.corner
         self._free: np.ndarray | None = None
         self._entered = (math.inf, math.inf, 0.0)
-        self._discs = [disc(limit / cell) for limit in (radius, radius / 2, radius + 2 * cell)]
+        self._discs = [disc(limit / cell) for limit in (radius / 2, radius + 2 * cell)]
 
     @property
     def cell(self) -> float:
         return self.map.cell
 
     def begin(self) -> None:
-        """An episode begins: things may have moved, and the next view counts."""
+        """An episode begins: things may have moved, so obstacles fade, and the next view counts."""
         self.today[:] = False
+        np.minimum(self.map.odds, np.float32(FADED), out=self.map.odds)
         self._entered = (math.inf, math.inf, 0.0)
 
-    def see(self, pose: Pose, scan: Scan, near: float) -> None:
-        """Enter a view, unless it is nearly the last one. near: metres within which the floor is not seen."""
+    def see(self, pose: Pose, scan: Scan, near: float, lidar: Scan | None = None) -> None:
+        """Enter a view, unless it is nearly the last one. near: metres within which the floor is not seen.
+
+        lidar: what a LiDAR on the floor sees from there, if the robot has one.
+        """
         x, y, yaw = self._entered
         turned = abs((pose.yaw - yaw + math.pi) % (2 * math.pi) - math.pi)
         if math.hypot(pose.x - x, pose.y - y) < MOVED and turned < TURNED:
             return
         self._entered = pose
+        self._enter(pose, scan, near)
+        if lidar:
+            self._enter(pose, lidar, 0.0)
+        self._follow()
+
+    def _enter(self, pose: Pose, scan: Scan, near: float) -> None:
         self.map.insert(pose, scan, near)
-        self._free = None
         if self.visited.shape != self.map.odds.shape:
             self._grow()
+        self._note(pose, scan)
+
+    def _note(self, pose: Pose, scan: Scan) -> None:
+        """Keep where in their cells the returns of a view lay."""
+        hit = scan.range < self.map.reach
+        angle = scan.bearing[hit] + pose.yaw
+        along = np.stack([np.sin(angle), np.cos(angle)], 1)  # (n, 2) row, column
+        at = (along * scan.range[hit, None] + (pose.y - self.map.corner[1], pose.x - self.map.corner[0])) / self.cell
+        cell = np.floor(at + along * (INSIDE / self.cell)).astype(np.int64)
+        self.clearance.note(*cell.T, at - cell - 0.5)
+
+    def _follow(self) -> None:
+        """Obstacles changed: what came within the robot's radius of cells that moves went through closes them."""
+        self.passed.reshape(-1)[self.clearance.follow(self.map.occupied)] = False
+        self._free = None
 
     def land(self, x: float, y: float, begun: tuple[float, float]) -> None:
         """A step that began at `begun` has ended at (x, y), and nothing stood in between."""
@@ -91,7 +120,15 @@ class Memory:
         self.closed[row[worst], column[worst]] = True
         if room[worst] > self.radius + 2 * self.cell:
             self.map.odds[row[worst], column[worst]] = MOST
-        self._free = None
+        self._follow()
+
+    def forget(self, x: float, y: float) -> None:
+        """Forget the obstacles around (x, y), to look at them again."""
+        around = self.map.cells_within(x, y, SHUT_IN)
+        self.map.odds[around & self.map.occupied] = 0.0
+        self.closed[around] = False
+        self._entered = (math.inf, math.inf, 0.0)
+        self._follow()
 
     def room(self, row: np.ndarray, column: np.ndarray) -> np.ndarray:
         """(n,) metres from cells (n,) to the nearest occupied one, of those within a metre of the first cell."""
@@ -107,8 +144,8 @@ class Memory:
         """(rows, columns) bool: where the robot's centre may be. What is unknown is free until it is seen."""
         if self._free is None:
             occupied = self.map.occupied.astype(np.uint8)
-            tight, core, around = (cv2.dilate(occupied, kernel).astype(bool) for kernel in self._discs)
-            self._free = (~tight | self.passed & ~core) & ~(self.closed & around)
+            core, around = (cv2.dilate(occupied, kernel).astype(bool) for kernel in self._discs)
+            self._free = ((self.clearance.count == 0) | self.passed & ~core) & ~(self.closed & around)
         return self._free
 
     def _grow(self) -> None:
@@ -117,11 +154,12 @@ class Memory:
             old, new = getattr(self, name), np.zeros(self.map.odds.shape, bool)
             new[row:row + old.shape[0], column:column + old.shape[1]] = old
             setattr(self, name, new)
+        self.clearance.grow((row, column), self.map.odds.shape)
         self._corner = self.map.corner
 
     def save(self) -> dict[str, np.ndarray]:
         """All that `load` needs after an episode, as arrays."""
-        return self.map.save() | {name: getattr(self, name) for name in self.GRIDS}
+        return self.map.save() | {name: getattr(self, name) for name in self.GRIDS} | {"point": self.clearance.point}
 
     def load(self, arrays: dict[str, np.ndarray]) -> None:
         """What `save` gave."""
@@ -129,6 +167,9 @@ class Memory:
         self.map = Occupancy.of(arrays, cell, reach)
         for name in self.GRIDS:
             setattr(self, name, arrays[name])
+        self.clearance = Clearance(self.map.odds.shape, cell, self.radius)
+        self.clearance.point = arrays["point"]
+        self.clearance.follow(self.map.occupied)
         self._corner = self.map.corner
         self._free = None
 

@@ -1,7 +1,8 @@
 """What is compared with what: arms in environments, up to a number of steps that all of them have; and by how much.
 
 The measures of one run, all up to the environment's horizon: the area under the coverage curve (the primary one), the
-coverage there and at earlier steps, the steps to 50, 80 and 90 %, and what it cost.
+coverage there and at earlier steps, the steps to 50, 80, 90 and 99 % of the counted cells, the step at which the agent said that
+nothing was left, and what it cost.
 """
 
 from __future__ import annotations
@@ -15,7 +16,7 @@ import numpy as np
 from curionav_cli.results.comparison.run_summaries import RunSummary
 from curionav_cli.results.labels import labels, world_labels
 
-SHARES = (50, 80, 90)  # per cent
+SHARES = (50, 80, 90, 99)  # per cent
 
 
 @dataclass(frozen=True)
@@ -107,5 +108,6 @@ def measures(run: RunSummary, horizon: int, at: Sequence[int]) -> dict[str, Any]
         "coverage": int(curve.at(horizon)) / curve.total,
         **{f"coverage_at_{step}": int(curve.at(step)) / curve.total for step in at if step <= horizon},
         "area_under_curve": curve.area(), **{f"steps_to_{share}": curve.steps_to(share / 100) for share in SHARES},
+        "steps_to_explored": run.explored if run.explored and run.explored <= horizon else None,
         **spent,
     }

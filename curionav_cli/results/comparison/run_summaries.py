@@ -24,7 +24,8 @@ class RunSummary:
 
     env: its name and map. ends: (E + 1,) steps after 0 to E episodes. budget: what was spent by then, (E + 1,) of
     each part, nan where it is not known. whole: it is done, and no episode is missing. gaps: what is missing, a
-    line each. seed: of an evaluation "trained run's / its own", as in "3 / 0".
+    line each. seed: of an evaluation "trained run's / its own", as in "3 / 0". explored: the step at which the agent
+    said that nothing was left, if it did.
     """
 
     folder: Path
@@ -41,6 +42,7 @@ class RunSummary:
     error: str
     whole: bool
     gaps: tuple[str, ...]
+    explored: int | None = None
 
     @property
     def steps(self) -> int:
@@ -84,4 +86,5 @@ def read(folder: Path, rule: str, denominator: str) -> RunSummary:
     seed = f"{fixed['training seed']} / {run.seed}" if "training seed" in fixed else run.seed
     return RunSummary(folder, run.config["env"], run.agent, seed, run.preset, arm_settings(fixed),
                       world_settings(fixed),
-                      found.curve, ends, budget, state, error, state == "done" and not found.lost, found.gaps)
+                      found.curve, ends, budget, state, error, state == "done" and not found.lost, found.gaps,
+                      found.status.get("explored_at"))

@@ -15,7 +15,8 @@ ARMS = (*ARM, ("coverage", "coverage", "{:.1%}"), ("area", "area_under_curve", "
 COSTS = (
     ("CPU s", "cpu_seconds", "{:,.1f}"), ("wall s", "seconds", "{:,.1f}"), ("updates", "updates", "{:,.0f}"),
     ("frames read", "frames_read", "{:,.0f}"), ("to 50 %", "steps_to_50", "{:,.0f}"),
-    ("to 80 %", "steps_to_80", "{:,.0f}"), ("to 90 %", "steps_to_90", "{:,.0f}"), ("steps", "steps", "{:,}"),
+    ("to 80 %", "steps_to_80", "{:,.0f}"), ("to 90 %", "steps_to_90", "{:,.0f}"),
+    ("to 99 %", "steps_to_99", "{:,.0f}"), ("explored", "steps_to_explored", "{:,.0f}"), ("steps", "steps", "{:,}"),
 )
 OVERALL = (("arm", "arm", "{}"), ("runs", "n", "{:,}"), ("environments", "environments", "{:,}"),
            ("interquartile mean of the area", "interquartile_mean", "{:#.3g}"))
@@ -26,6 +27,7 @@ PAIRS = (("env", "env", "{}"), ("arm", "arm", "{}"), ("minus", "minus", "{}"), (
 RUNS = (("env", "env", "{}"), ("arm", "arm", "{}"), ("seed", "seed", "{}"), ("state", "state", "{}"),
         ("coverage", "coverage", "{:.1%}"), ("area", "area_under_curve", "{:#.3g}"), ("steps", "steps", "{:,}"),
         ("to 50 %", "steps_to_50", "{:,}"), ("to 80 %", "steps_to_80", "{:,}"), ("to 90 %", "steps_to_90", "{:,}"),
+        ("to 99 %", "steps_to_99", "{:,}"), ("explored", "steps_to_explored", "{:,}"),
         ("CPU s", "cpu_seconds", "{:,.1f}"), ("left out", "left_out", "{}"), ("gaps", "gaps", "{}"),
         ("error", "error", "{}"), ("folder", "folder", "{}"))
 VERSIONS = (("what", "what", "{}"), ("value", "value", "{}"), ("runs", "n", "{:,}"))
@@ -43,8 +45,8 @@ class Table(NamedTuple):
 def arm_table(rows: Sequence[Row], at: Sequence[int], counted: str) -> Table:
     """Table of what each arm reached and what it cost. at: more steps at which coverage is shown."""
     more = [(f"at {step:,}", f"coverage_at_{step}", "{:.1%}") for step in at]
-    return Table("arms", f"What each arm reached, mean and 95 % t interval over seeds ({counted}). Steps to a share: "
-                 "median (runs that arrived). Cost of one run: mean.", (*ARMS, *more, *COSTS), rows)
+    return Table("arms", f"What each arm reached, mean and 95 % t interval over seeds ({counted}). Steps to a share, "
+                 "and until the agent said that nothing was left (explored): median (runs that arrived). Cost of one run: mean.", (*ARMS, *more, *COSTS), rows)
 
 
 def overall_table(rows: Sequence[Row]) -> Table:
