@@ -10,7 +10,7 @@ import pytest
 import curionav_cli
 
 ROOMS = (
-    "errors", "constants", "geometry", "bounds", "safe_yaml", "files", "records", "world", "robot", "storage", "agents",
+    "errors", "constants", "geometry", "bounds", "safe_yaml", "files", "records", "probe", "world", "robot", "storage", "agents",
     "remote", "loop", "results", "config", "build", "execution", "commands", "app",
 )
 LENT = {"torch": ("agents",), "hydra": ("config",), "omegaconf": ("config",), "matplotlib": ("results",)}
@@ -69,7 +69,7 @@ def test_a_heavy_library_stays_in_its_room(library: str) -> None:
 
 
 SCHEMA = ("bounds", "world/settings", "robot/settings", "robot/docking_settings", "agents/settings",
-          "agents/lbs_dreamer/settings", "agents/cbet/settings", "remote/settings", "config/schema")
+          "agents/lbs_dreamer/settings", "agents/cbet/settings", "remote/settings", "results/settings", "config/schema")
 
 
 @pytest.mark.parametrize("module", SCHEMA)

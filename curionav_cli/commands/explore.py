@@ -32,9 +32,17 @@ def check(settings: Config) -> None:
     build.check(settings)
     build.check_lengths(settings)
     if settings.learner is Learner.remote:
+        refuse_probe(settings)
         remote_setup.check(settings)
     elif settings.storage:
         raise ConfigError("storage=... is for learning in another process. Add learner=remote.")
+
+
+def refuse_probe(settings: Config) -> None:
+    """Refuse to measure a world model that this process does not learn. Raises ConfigError."""
+    if settings.results.probe_every:
+        raise ConfigError("results.probe_every measures the world model, which the server learns. Set it there: "
+                          f"curionav train storage=... results.probe_every={settings.results.probe_every}")
 
 
 def summary(folder: Path, outcomes: list[Outcome]) -> None:

@@ -13,6 +13,7 @@ from curionav_cli.config.settings import settings_yaml
 from curionav_cli.execution import remote_setup
 from curionav_cli.execution.lifecycle import fixed_settings, run_task
 from curionav_cli.execution.precision import with_precision
+from curionav_cli.execution.probing import prober
 from curionav_cli.execution.progress import ExploreProgress, line
 from curionav_cli.execution.recorder import Recorder
 from curionav_cli.files import refuse_broken
@@ -83,6 +84,7 @@ class Exploration:
                 closing(line(label, first, loop.episodes)) as progress:
             env = self.env(first)
             recorder = Recorder(run, env, agent, None if self.remote else replay, self.fixed, logger,
+                                prober(self.settings, self.fixed, self.world, agent, run.path),
                                 coverage, ExploreProgress(progress, loop))
             learn = remote_setup.remote_learner(self.settings, run, agent, self.shared) if self.remote else \
                 LocalLearner(agent, replay, loop.iterations, recorder, run.save_episode)

@@ -19,6 +19,7 @@ from pathlib import Path
 from typing import Any
 
 Settings = dict[str, Any]
+NOT_WORLD = ("agent", "robot", "loop", "seed", "learner", "episodes")  # of fixed.json
 ABSENT = "?"  # written by a version that did not have this setting
 
 
@@ -29,7 +30,7 @@ def arm_settings(fixed: Settings) -> Settings:
 
 def world_settings(fixed: Settings) -> Settings:
     """Settings that make the world, by dotted keys; where the learner ran is not among them."""
-    rest = {key: value for key, value in fixed.items() if key not in ("agent", "robot", "loop", "seed", "learner")}
+    rest = {key: value for key, value in fixed.items() if key not in NOT_WORLD}
     return {key: value for key, value in flat(rest).items() if key not in ("env.engine", "env.note")}
 
 
