@@ -73,3 +73,7 @@ class Training:
             recorder = TrainRecorder(run, agent, replay, self.fixed, logger, probes, TrainProgress(progress))
             run.set_status(state="running", error=None, iteration=first, iterations=self.total, **recorder.usage())
             learn(agent, replay, iterations=self.total, every=EVERY, watch=recorder, first=first)
+        if probes.probe:
+            from curionav_cli.results.probing import figures  # matplotlib is loaded once there is something to draw
+
+            figures.draw(run.path, run.figures)

@@ -1,7 +1,7 @@
 """Fixed sequences of actions from poses all over a building, drawn from the true map: a probe for world models.
 
-The same scene gives the same probe, whatever the seed of a run: it has a seed of its own, the numpy engine draws it, and
-what changes between episodes is as in episode 0 of the run with seed 0 (furniture where the scene file has it).
+The same scene gives the same probe, whatever the seed of a run: it has a seed of its own, the numpy engine draws it,
+and what changes between episodes is as in episode 0 of the run with seed 0 (furniture where the scene file has it).
 """
 
 from __future__ import annotations
