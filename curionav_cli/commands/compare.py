@@ -169,7 +169,8 @@ def write(report: Report, folder: Path, best: dict[str, list[Run]]) -> list[str]
         shown = "".join(one.result() for one in film)
     runs = list(estimates.run_rows(report.comparison, report.at))
     texts = {"comparison.md": markdown(report.command, report.notes, report.tables, pictures),
-             "comparison.tex": latex(report.command, report.notes, report.tables), "runs.csv": comma_separated(runs),
+             "comparison.tex": latex(report.command, report.notes, report.tables),
+             **({"runs.csv": comma_separated(runs)} if runs else {}),
              **{f"{table.name}.csv": comma_separated(table.rows) for table in report.tables}}
     if report.probes:
         texts["probe_points.csv"] = comma_separated(list(probe_estimates.point_rows(report.probes)))

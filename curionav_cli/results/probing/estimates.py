@@ -7,7 +7,7 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from curionav_cli.results import statistics
-from curionav_cli.results.comparison.estimates import pairs
+from curionav_cli.results.comparison.estimates import ENOUGH, pairs
 from curionav_cli.results.comparison.tables import Table
 from curionav_cli.results.probing.curves import MEASURES, ProbeCurve, ProbeField
 from curionav_cli.results.statistics import mean_interval
@@ -70,6 +70,9 @@ def notes(fields: Sequence[ProbeField]) -> Iterator[str]:
         if len(probes) > 1:
             yield (f"WARNING: {field.env}: measured on {len(probes)} different probes (another agent.action_repeat, or "
                    "another version of curionav), so that errors are not comparable between all runs.")
+        few = [f"{arm} ({len(runs)})" for arm, runs in field.arms.items() if len(runs) < ENOUGH]
+        if few:
+            yield f"WARNING: {field.env}: fewer than {ENOUGH} seeds measured on the probe: {', '.join(few)}."
         longest = max(curve.at[-1] for curve in curves)
         if longest > field.at:
             yield (f"{field.env}: probes are compared after {field.at:,} {field.axis}, which every run has; the "

@@ -15,6 +15,8 @@ from curionav_cli.results.statistics import mean_interval
 
 PANELS = {"error": ("a  open-loop error", "mean squared error, [0, 1]"), "surprise": ("b  surprise", "KL, nats")}
 
+REPEATED = "the last seen frame, repeated"
+
 
 def figure(field: ProbeField, look: dict[str, Look]) -> Figure:
     """Draw error and surprise of every arm: mean, 95 % t interval, and every run as a thin line."""
@@ -28,7 +30,7 @@ def figure(field: ProbeField, look: dict[str, Look]) -> Figure:
         axes.xaxis.set_major_formatter(EngFormatter(sep=""))
     left, _ = drawn.axes
     repeated = [curve.value("repeat", field.at) for curves in field.arms.values() for curve in curves]
-    left.axhline(float(np.mean(repeated)), color=GREY, linestyle="--", linewidth=1.0, label="the last seen frame, repeated")
+    left.axhline(float(np.mean(repeated)), color=GREY, linestyle="--", linewidth=1.0, label=REPEATED)
     names = left.get_legend_handles_labels()
     drawn.legend(*names, loc="outside lower center", ncols=columns_for(drawn, names[1], 4))
     drawn.suptitle(wrapped(f"{field.env}: world models on the building's fixed probe", 6.8), fontsize=9)
