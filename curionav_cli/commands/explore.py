@@ -12,6 +12,7 @@ from curionav_cli.errors import ConfigError
 from curionav_cli.execution import remote_setup
 from curionav_cli.execution.exploration import explore
 from curionav_cli.execution.launch import Request, launch
+from curionav_cli.execution.probing import refuse_of_robot
 
 
 def run(request: Request) -> int:
@@ -32,17 +33,10 @@ def check(settings: Config) -> None:
     build.check(settings)
     build.check_lengths(settings)
     if settings.learner is Learner.remote:
-        refuse_probe(settings)
+        refuse_of_robot(settings)
         remote_setup.check(settings)
     elif settings.storage:
         raise ConfigError("storage=... is for learning in another process. Add learner=remote.")
-
-
-def refuse_probe(settings: Config) -> None:
-    """Refuse to measure a world model that this process does not learn. Raises ConfigError."""
-    if settings.results.probe_every:
-        raise ConfigError("results.probe_every measures the world model, which the server learns. Set it there: "
-                          f"curionav train storage=... results.probe_every={settings.results.probe_every}")
 
 
 def summary(folder: Path, outcomes: list[Outcome]) -> None:

@@ -8,7 +8,8 @@ from pathlib import Path
 from typing import Any
 
 from curionav_cli.agents.agent import Agent
-from curionav_cli.config.schema import Config
+from curionav_cli.config.schema import Config, Learner
+from curionav_cli.errors import ConfigError
 from curionav_cli.execution.progress import say
 from curionav_cli.files import file_name
 from curionav_cli.probe import Probe
@@ -34,7 +35,9 @@ def prober(settings: Config, fixed: dict[str, Any], world: Scene, agent: Agent, 
     """The prober of the run in `folder`. fixed: its fixed.json; unit: episodes or iterations that probe_every counts.
 
     The probe is in the folder `probes` beside the run. An agent without a world model gets a line, and is not measured.
+    Raises ConfigError as `refuse_of_robot` does.
     """
+    refuse_of_robot(settings)
     every = settings.results.probe_every
     if every and not agent.has_model:
         say(f"agent={settings.agent.name} has no world model, so results.probe_every={every} measures nothing.")
@@ -42,6 +45,13 @@ def prober(settings: Config, fixed: dict[str, Any], world: Scene, agent: Agent, 
         return Prober(agent, 0, None)
     path = folder.parent / "probes" / probe_name(settings.env.name, fixed, agent.every)
     return Prober(agent, every * unit, probe_cache.kept(path, lambda: walks.draw(world, agent.every)))
+
+
+def refuse_of_robot(settings: Config) -> None:
+    """Refuse to measure a world model that the server learns. Raises ConfigError."""
+    if settings.results.probe_every and settings.learner is Learner.remote:
+        raise ConfigError("results.probe_every measures the world model, which the server learns. Set it there: "
+                          f"curionav train storage=... results.probe_every={settings.results.probe_every}")
 
 
 def probe_name(world: str, fixed: dict[str, Any], every: int) -> str:
