@@ -19,6 +19,19 @@ FLAT = env=apartment_0 $(if $(filter smoke,$(SCALE)),$(SMOKE),'seed=range(5)' lo
 BASELINES = agent=random,sticky,bounce,frontier
 QUESTION = experiment=curiosity_controls
 
+# make teach: docs/results.md, "What an explorer teaches its model". WORLD, EXPLORERS, SEEDS: another building, other
+# explorers (names of agents, between spaces), another number of seeds.
+WORLD ?= env=small_room
+EXPLORERS ?= random bounce mapper cbet lbs_dreamer
+SEEDS ?= $(if $(filter smoke,$(SCALE)),2,5)
+TEACH = outputs/teach/$(SCALE)
+COLLECT = $(if $(filter smoke,$(SCALE)),loop.episodes=2 loop.steps=100 loop.iterations=4,loop.episodes=60)
+LEARN = $(if $(filter smoke,$(SCALE)),loop.iterations=200 results.probe_every=1,)
+comma = ,
+empty =
+joined = $(subst $(empty) $(empty),$(comma),$(strip $(1)))
+COLLECTED = $(call joined,$(EXPLORERS:%=$(TEACH)/collected/%_$${seed}))
+
 
 # make figures: every figure and table of the paper. Each line that it prints can be typed as it stands, and goes on
 # where it was interrupted; a sweep that is whole is not run again.
@@ -54,11 +67,12 @@ SWEEPS = ours theirs small large
 FIGURES = figure-apartments figure-small-room figure-large-lab figure-predictions figure-best figure-scenes figure-docking
 TABLES = table-hyperparameters table-sizes table-docking
 
-.PHONY: help setup explore controls test clients lint clean figures cost comparison paper-vs-ours $(FIGURES) $(TABLES)
+.PHONY: help setup explore controls teach test clients lint clean figures cost comparison paper-vs-ours $(FIGURES) $(TABLES)
 
 help:
 	@echo "make explore   set up, then run LBS Dreamer in a room, beside random and bounce"
 	@echo "make controls  does surprise beat its controls? hours; SCALE=smoke: minutes, a trial run"
+	@echo "make teach     what does each explorer teach a world model? hours; SCALE=smoke: minutes, a trial run"
 	@echo "make figures   every figure and table of the paper: SCALE=smoke minutes, cpu hours, paper weeks on a GPU"
 	@echo "               one of them: make $(FIGURES) $(TABLES)"
 	@echo "make comparison  ours, C-BET and the baselines: SCALE=cpu, five seeds, hours"
@@ -88,6 +102,13 @@ controls: $(READY)
 	$(SWEEP) $(FLAT) $(QUESTION) hydra.sweep.dir=$(CONTROLS)/flat_learners
 	$(SWEEP) $(ROOM) $(QUESTION) agent.curiosity=none,count,disagreement,rnd hydra.sweep.dir=$(CONTROLS)/room_others
 	.venv/bin/curionav compare $(CONTROLS)/room_* $(CONTROLS)/flat_* out=$(CONTROLS)/compare
+
+teach: $(READY)
+	$(SWEEP) $(WORLD) agent=$(call joined,$(EXPLORERS)) 'seed=range($(SEEDS))' $(COLLECT) \
+		hydra.sweep.dir=$(TEACH)/collected 'hydra.sweep.subdir=$${agent.name}_$${seed}'
+	.venv/bin/curionav train -m launcher=cores experiment=what_explorers_teach $(WORLD) 'seed=range($(SEEDS))' $(LEARN) \
+		'data=$(COLLECTED)' hydra.sweep.dir=$(TEACH)/trained
+	.venv/bin/curionav compare $(TEACH)/trained out=$(TEACH)/compare
 
 figures: cost $(FIGURES) $(TABLES) paper-vs-ours
 

@@ -19,6 +19,8 @@ class Stream(IntEnum):
     agent = 1
     predictions = 2
     acting = 3
+    probe = 4
+    probe_latents = 5
     light = 11
     moves = 12
     robot = 21

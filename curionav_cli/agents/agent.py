@@ -9,6 +9,7 @@
         agent.predict(index, episode)                 # if agent.learns: open-loop predictions, for the figures
         replay.add(episode)                           # if agent.learns
         metrics = agent.learn(replay, K, tick)        # if agent.learns: K iterations on all episodes so far
+        agent.probe(probe)                            # every so often, if results.probe_every: for the figures
         agent.save(folder)                            # a checkpoint; load(folder) restores it to the bit
 
 Offline training (curionav train) calls `learn`, `save` and `load` alone. With learner=remote the robot's agent imports,
@@ -32,6 +33,7 @@ import numpy as np
 from curionav_cli.constants import Stream
 from curionav_cli.decisions import EACH_STEP, Every
 from curionav_cli.files import read_json
+from curionav_cli.probe import Probe, Probed
 from curionav_cli.records import Episode, Prediction
 from curionav_cli.storage.replay import Replay
 
@@ -41,6 +43,7 @@ class Agent(ABC):
 
     learns: `learn` does something; without it the loop keeps no replay and calls neither `learn` nor `predict`.
     on_policy: it learns only from the episode that it has just acted in, so that offline training is refused.
+    has_model: it has a world model, which `probe` measures.
     every: how often it chooses, at each step unless it says otherwise (action repeat, options); the replay keeps the
     frames at which it does.
     device: where it computes, for the record.
@@ -49,6 +52,7 @@ class Agent(ABC):
 
     learns = False
     on_policy = False
+    has_model = False
     every: Every = EACH_STEP
     device: Any = "cpu"
 
@@ -71,6 +75,13 @@ class Agent(ABC):
         """Predict episode `index` before learning from it; None for an agent without a model, or too short an episode.
 
         Changes nothing in the agent: random numbers come from a generator of seed and index (Stream.predictions).
+        """
+        return None
+
+    def probe(self, probe: Probe) -> Probed | None:
+        """Measure the world model on the building's fixed probe, for results alone; None for an agent without one.
+
+        Changes nothing in the agent, draws none of its random numbers, and keeps nothing of the probe.
         """
         return None
 

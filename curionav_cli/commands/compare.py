@@ -33,6 +33,10 @@ from curionav_cli.results.comparison.tables import (
     settings_table,
 )
 from curionav_cli.results.coverage import DENOMINATORS, RULES
+from curionav_cli.results.probing import estimates as probe_estimates
+from curionav_cli.results.probing import plots as probe_plots
+from curionav_cli.results.probing.curves import UPDATES, ProbeField, sort_into_fields
+from curionav_cli.results.probing.curves import read_all as read_curves
 from curionav_cli.results.runs import Run
 from curionav_cli.results.tables import Row, comma_separated
 
@@ -47,16 +51,19 @@ def run(words: list[str]) -> int:
     folder = folder_for(chosen.get("out") or datetime.now().strftime("outputs/%Y-%m-%d/%H-%M-%S-%f_compare"))
     counting = chosen.get("marking", CHOICES["marking"][0]), chosen.get("denominator", DENOMINATORS[0])
     at = steps(chosen.get("at", ""))
-    runs, lost = read_all(paths, *counting)
-    if not runs:
+    curves = read_curves(paths)
+    runs, lost = read_all(paths, *counting, [curve.folder for curve in curves if curve.axis == UPDATES])
+    if not runs and not curves:
         raise ConfigError("\n".join([*lost, "There is no run to compare. Name folders of runs or sweeps, as in: "
                                      "curionav compare outputs/DATE/SWEEP"]))
     comparison = compare(runs)
-    baseline = one_of("baseline", chosen["baseline"], list(comparison.arms)) if "baseline" in chosen else None
+    probes, left_out = sort_into_fields(curves, {run.folder: names for run, names in comparison.names.items()})
+    arms = list(dict.fromkeys([*comparison.arms, *(arm for field in probes for arm in field.arms)]))
+    baseline = one_of("baseline", chosen["baseline"], arms) if "baseline" in chosen else None
     best = {file_name(field.env): report_page.best_runs(field, counting) for field in comparison.fields}
-    notes = [*estimates.notes(comparison, baseline), *lost]
+    notes = [*estimates.notes(comparison, baseline), *probe_estimates.notes(probes), *left_out, *lost]
     notes += [line for runs in best.values() for line in report_page.gap_lines(runs) if line not in notes]
-    report = Report(shlex.join(["curionav", "compare", *words]), comparison, baseline, counting, at, notes)
+    report = Report(shlex.join(["curionav", "compare", *words]), comparison, probes, baseline, counting, at, notes)
     made = write(report, folder, best)
     console = a_console()
     for part in report.tables:
@@ -80,6 +87,7 @@ class Report:
 
     command: str
     comparison: Comparison
+    probes: list[ProbeField]
     baseline: str | None
     counting: tuple[str, str]
     at: list[int]
@@ -90,13 +98,27 @@ class Report:
         """How coverage was counted, in words."""
         return f"{self.counting[1]} cells, marked by {self.counting[0]}"
 
+    @property
+    def title(self) -> str:
+        """The arms and their environments."""
+        arms = [*self.comparison.arms, *(arm for field in self.probes for arm in field.arms)]
+        envs = [*(field.env for field in self.comparison.fields), *(field.env for field in self.probes)]
+        return f"{', '.join(dict.fromkeys(arms))} in {', '.join(dict.fromkeys(envs))}"
+
+    @property
+    def folders(self) -> list[Path]:
+        """The folders of all runs."""
+        probed = (curve.folder for field in self.probes for curves in field.arms.values() for curve in curves)
+        return list(dict.fromkeys([*(run.folder for run in self.comparison.names), *probed]))
+
     @cached_property
     def tables(self) -> list[Table]:
-        """The tables that have rows: arms, pairs, over all environments, settings."""
+        """The tables that have rows: arms, pairs, over all environments, probes, settings."""
         rng = np.random.default_rng(0)
         tables = [arm_table(list(estimates.arm_rows(self.comparison, self.at)), self.at, self.counted),
                  pair_table(list(estimates.pair_rows(self.comparison, self.baseline, rng))),
-                 overall_table(list(estimates.overall_rows(self.comparison, rng))), settings_table(self.comparison)]
+                 overall_table(list(estimates.overall_rows(self.comparison, rng))),
+                 *probe_estimates.tables(self.probes, self.baseline, rng), settings_table(self.comparison)]
         return [table for table in tables if table.rows]
 
     def rows(self, name: str) -> list[Row]:
@@ -104,8 +126,21 @@ class Report:
         return [row for table in self.tables if table.name == name for row in table.rows]
 
 
+def draw_probes(fields: list[ProbeField], folder: Path) -> list[str]:
+    """Draw a figure of the probes of each environment and axis; returns their names in the folder."""
+    names = [f"figures/probe_{field.axis}_{file_name(field.env)}.png" for field in fields]
+    for name, field in zip(names, fields):
+        plots.save(probe_plots.figure(field, plots.looks(field.looks())), folder / name)
+    return names
+
+
 def draw(report: Report, folder: Path, best: dict[str, list[Run]]) -> list[str]:
-    """Draw a figure for each environment and one over all of them; returns their names in the folder."""
+    """Draw a figure for each environment and one over all of them; returns their names in the folder.
+
+    None where there are only offline trainings, which cover nothing.
+    """
+    if not best:
+        return []
     comparison, pairs = report.comparison, report.rows("pairs")
     base, look = report.baseline, plots.looks(comparison.arms)
     figures = {field.env: comparison_plots.environment(
@@ -128,17 +163,22 @@ def write(report: Report, folder: Path, best: dict[str, list[Run]]) -> list[str]
     """Write figures, CSV files, a page and a LaTeX file; returns their names. best: runs for the heatmaps."""
     (folder / "figures").mkdir(parents=True, exist_ok=True)
     with workers(1) as pool:  # as long as the figures take
-        film = pool.submit(report_page.film_last_episode, next(iter(best.values())), folder / "figures" / "film.webm")
-        pictures, shown = draw(report, folder, best), film.result()
+        film = [pool.submit(report_page.film_last_episode, runs, folder / "figures" / "film.webm")
+                for runs in list(best.values())[:1]]
+        pictures = draw(report, folder, best) + draw_probes(report.probes, folder)
+        shown = "".join(one.result() for one in film)
     runs = list(estimates.run_rows(report.comparison, report.at))
     texts = {"comparison.md": markdown(report.command, report.notes, report.tables, pictures),
-             "comparison.tex": latex(report.command, report.notes, report.tables), "runs.csv": comma_separated(runs),
+             "comparison.tex": latex(report.command, report.notes, report.tables),
+             **({"runs.csv": comma_separated(runs)} if runs else {}),
              **{f"{table.name}.csv": comma_separated(table.rows) for table in report.tables}}
+    if report.probes:
+        texts["probe_points.csv"] = comma_separated(list(probe_estimates.point_rows(report.probes)))
     for name, text in texts.items():
         write_text(folder / name, text)
     films = {"figures/film.webm": shown} if shown else {}
     captions = {**{name: caption(name) for name in pictures}, **films}
-    report_page.write(folder / "report.html", report.command, report.comparison, report.notes, report.tables,
+    report_page.write(folder / "report.html", report.command, report.title, report.folders, report.notes, report.tables,
                       [Picture(folder / name, words) for name, words in captions.items()], runs)
     return ["report.html", *captions, *texts]
 
@@ -146,6 +186,8 @@ def write(report: Report, folder: Path, best: dict[str, list[Run]]) -> list[str]
 def caption(name: str) -> str:
     """What a figure shows, by its file name."""
     kind, _, env = Path(name).stem.partition("_")
+    if kind == "probe":
+        return f"{env.partition('_')[2]}: open-loop error and surprise of world models on the building's fixed probe."
     if kind == "heatmaps":
         return f"{env}: the run of each arm that covered most, visits to every cell; the blue square is the start."
     return {"curves": "Visited cells over steps; the dotted line is all there are.",

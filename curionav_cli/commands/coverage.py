@@ -19,6 +19,7 @@ from curionav_cli.records import Episode
 from curionav_cli.results import film, panels, plots, tables
 from curionav_cli.results.coverage import DENOMINATORS, RULES
 from curionav_cli.results.prediction import figures as prediction_figures
+from curionav_cli.results.probing import figures as probe_figures
 from curionav_cli.results.runs import Run, distinguish
 from curionav_cli.storage.run_folder import RunFolder
 
@@ -60,7 +61,7 @@ def run(words: list[str]) -> int:
         folder.mkdir(parents=True, exist_ok=True)
         made = [name for counting in counted[run.folder.path] for name in draw(counting, folder)]
         made += draw_episodes(run, episodes[run.folder.path], films[run.folder.path], folder)
-        made += prediction_figures.draw(run, folder)
+        made += prediction_figures.draw(run, folder) + probe_figures.draw(run.folder.path, folder, (run.env, run.agent))
         print_files(console, folder, made)
     firsts = [countings[0] for countings in counted.values()]
     together = draw_together(firsts, out) + prediction_figures.draw_beside(runs, out) if out else []

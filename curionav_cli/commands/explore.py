@@ -12,6 +12,7 @@ from curionav_cli.errors import ConfigError
 from curionav_cli.execution import remote_setup
 from curionav_cli.execution.exploration import explore
 from curionav_cli.execution.launch import Request, launch
+from curionav_cli.execution.probing import refuse_of_robot
 
 
 def run(request: Request) -> int:
@@ -34,6 +35,7 @@ def check(settings: Config) -> None:
     build.check(settings)
     build.check_lengths(settings)
     if settings.learner is Learner.remote:
+        refuse_of_robot(settings)
         remote_setup.check(settings)
     elif settings.storage:
         raise ConfigError("storage=... is for learning in another process. Add learner=remote.")

@@ -13,9 +13,8 @@ from curionav_cli.files import read_json
 from curionav_cli.records import Episode
 from curionav_cli.results import film, plots
 from curionav_cli.results.comparison import html_report
-from curionav_cli.results.comparison.comparison import Comparison, Field
+from curionav_cli.results.comparison.comparison import Field
 from curionav_cli.results.comparison.html_report import Picture, Section
-from curionav_cli.results.comparison.run_summaries import RunSummary
 from curionav_cli.results.comparison.tables import Table, run_table, version_table
 from curionav_cli.results.runs import Run
 from curionav_cli.results.tables import Row
@@ -59,40 +58,40 @@ def film_last_episode(runs: Sequence[Run], path: Path) -> str:
     return f"{best.label}: its last episode, from within and from above."
 
 
-def write(path: Path, command: str, comparison: Comparison, notes: Sequence[str], tables: Sequence[Table],
+def write(path: Path, command: str, title: str, folders: Sequence[Path], notes: Sequence[str], tables: Sequence[Table],
           pictures: Sequence[Picture], rows: Sequence[Row]) -> None:
-    """Write the page. rows: one for each run."""
-    about = [run_json(run) for run in comparison.names]
+    """Write the page. folders: of all runs; rows: one for each that has a coverage."""
+    about = [run_json(folder) for folder in folders]
     curves = [picture for picture in pictures
               if picture.path.suffix == ".png" and not picture.path.name.startswith("heatmaps")]
     maps = [picture for picture in pictures if picture not in curves]
     settings = [html_report.table(table) for table in tables if table.name == "settings"]
     numbers = [html_report.table(table) for table in tables if table.name != "settings"]
     page = html_report.page(
-        f"{', '.join(comparison.arms)} in {', '.join(field.env for field in comparison.fields)}",
+        title,
         " ".join(dict.fromkeys(str(record["question"]) for record in about if record.get("question"))),
         [Section("What to know", html_report.notes(notes)),
          Section("Curves", [html_report.picture(picture) for picture in curves]),
          Section("Heatmaps", [html_report.picture(picture) for picture in maps]),
          Section("Tables", numbers), Section("What differs", settings),
          Section("Runs", [html_report.table(run_table(rows))]),
-         Section("Made by", html_report.commands([*sweeps(list(comparison.names)), command])
+         Section("Made by", html_report.commands([*sweeps(folders), command])
                  + [html_report.table(version_table(versions(about)))])])
     write_text(path, page)
 
 
-def run_json(run: RunSummary) -> dict[str, Any]:
+def run_json(folder: Path) -> dict[str, Any]:
     """The content of run.json; {} where it cannot be read."""
     try:
-        return read_json(run.folder / "run.json")
+        return read_json(folder / "run.json")
     except RunFolderError:
         return {}
 
 
-def sweeps(runs: Sequence[RunSummary]) -> list[str]:
+def sweeps(folders: Sequence[Path]) -> list[str]:
     """The command of each sweep once, and of each run that is in none."""
-    commands = (provenance.sweep_command(run.folder.resolve().parent) or str(run_json(run).get("command", ""))
-                for run in runs)
+    commands = (provenance.sweep_command(folder.resolve().parent) or str(run_json(folder).get("command", ""))
+                for folder in folders)
     return [command for command in dict.fromkeys(commands) if command]
 
 

@@ -26,8 +26,9 @@ from curionav_cli.files import place, read_json
 from curionav_cli.remote.settings import Remote
 from curionav_cli.storage.run_folder import RunFolder
 
-# A run may be longer than planned, files may move, machines differ in memory, and CUDA graphs may fail.
-ANY = ("env.map", "env.overlay", "loop.replay_memory", "compile", "logger")
+# A run may be longer than planned, files may move, machines differ in memory, CUDA graphs may fail, and a probe only
+# measures.
+ANY = ("env.map", "env.overlay", "loop.replay_memory", "compile", "logger", "results.probe_every")
 BEGUN = Path(".hydra", "hydra.yaml")  # the first file that Hydra writes
 LONGER = "hydra.sweeper.n_trials"  # of a search, whose runs must stay equally long to be compared
 PINNED = ("hydra.sweep.dir", "hydra.run.dir", "hydra.mode")

@@ -42,7 +42,7 @@ def show_run(folder: Path, console: Console) -> None:
     row = Run.open(folder).row()
     print_table([row], console)
     print_files(console, folder, ("figures/heatmap.png", "figures/coverage.png", "figures/predictions.png",
-                                  "figures/prediction_error.png", "table.md", "episodes"))
+                                  "figures/prediction_error.png", "figures/probe.png", "table.md", "episodes"))
     on = f"curionav resume {shlex.quote(str(folder))}"
     longer = f"{on} loop.episodes={2 * row['episodes']}   (the same run, longer)"
     print_next(console, [longer if row["state"] == "done" else on,
@@ -68,7 +68,7 @@ def show_sweep(root: Path, folders: Sequence[Path], console: Console) -> None:
     names = {str(run.folder.path): {"env": run.env, "agent": run.agent} for run in runs}
     rows = [{**row, **names.get(row["folder"], {})} for row in rows]
     made = draw(root, runs)
-    columns = (*tables.COLUMNS, ("folder", "name", "{}"))
+    columns = (*tables.columns_of(rows), ("folder", "name", "{}"))
     named = [{**row, "name": Path(row["folder"]).name} for row in rows]
     write_text(root / "table.md", tables.markdown(named, columns))
     write_text(root / "results.csv", tables.comma_separated(rows))
@@ -134,7 +134,9 @@ def write_text(path: Path, text: str) -> None:
 
 def print_table(rows: Sequence[dict[str, Any]], console: Console, shown: Sequence[str] = SHOWN) -> None:
     """Print a table of runs, with as many columns as fit the terminal."""
-    print_columns(rows, tables.COLUMNS, console, shown, None if "marking" in shown else tables.meaning(rows))
+    columns = tables.columns_of(rows)
+    shown = [*shown, *(heading for heading, _, _ in columns[len(tables.COLUMNS):])]
+    print_columns(rows, columns, console, shown, None if "marking" in shown else tables.meaning(rows))
 
 
 def print_columns(rows: Sequence[dict[str, Any]], columns: tables.Columns, console: Console, shown: Sequence[str],

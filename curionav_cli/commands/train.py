@@ -90,7 +90,7 @@ def summary(folder: Path, outcomes: list[Outcome]) -> None:
             f"weights {status.get('episode')}"
         console.print(f"{run.path.name}: {status.get('state')}, {done}, {used.get('episodes')} episodes, "
                       f"{used.get('steps')} steps", soft_wrap=True, highlight=False, markup=False)
-        print_files(console, run.path, ("metrics.jsonl", "checkpoint"))
+        print_files(console, run.path, ("metrics.jsonl", "figures/probe.png", "checkpoint"))
     if runs:
         on = f"curionav resume {shlex.quote(str(folder))}"
         served = (runs[0].path / "ledger.sqlite").is_file()

@@ -12,6 +12,7 @@ from typing import Any
 
 from curionav_cli.bounds import bounded, within
 from curionav_cli.remote.settings import Remote
+from curionav_cli.results.settings import Results
 from curionav_cli.world.settings import Env
 
 
@@ -101,6 +102,7 @@ class Config:
     question: str | None = None  # of a sweep, in a sentence; it opens the page that compare writes
     logger: Logger = Logger.local  # runs of earlier versions do not record it
     weights: str | None = None  # curionav evaluate: the folder of the run whose agent is evaluated
+    results: Results = field(default_factory=Results)
 
     def __post_init__(self) -> None:
         within("seed", self.seed, least=0, most=2**32 - 1)

@@ -13,6 +13,7 @@ from curionav_cli.config.settings import settings_yaml
 from curionav_cli.execution import remote_setup
 from curionav_cli.execution.lifecycle import fixed_settings, run_task
 from curionav_cli.execution.precision import with_precision
+from curionav_cli.execution.probing import prober
 from curionav_cli.execution.progress import ExploreProgress, line
 from curionav_cli.execution.recorder import Recorder
 from curionav_cli.files import refuse_broken
@@ -83,6 +84,7 @@ class Exploration:
                 closing(line(label, first, loop.episodes)) as progress:
             env = self.env(first)
             recorder = Recorder(run, env, agent, None if self.remote else replay, self.fixed, logger,
+                                prober(self.settings, self.fixed, self.world, agent, run.path),
                                 coverage, ExploreProgress(progress, loop))
             learn = remote_setup.remote_learner(self.settings, run, agent, self.shared) if self.remote else \
                 LocalLearner(agent, replay, loop.iterations, recorder, run.save_episode)
@@ -102,6 +104,7 @@ def draw(run: RunFolder) -> None:
     from curionav_cli.results.prediction import (
         figures as prediction_figures,  # matplotlib is loaded once there is something to draw
     )
+    from curionav_cli.results.probing import figures as probe_figures
     from curionav_cli.results.runs import Run
 
     result = Run(run)
@@ -109,6 +112,7 @@ def draw(run: RunFolder) -> None:
     plots.save(plots.heatmap(result.coverage, f"{result.label}\n{share}"), run.figures / "heatmap.png")
     plots.save(plots.curves([result], result.label), run.figures / "coverage.png")
     prediction_figures.draw(result, run.figures)
+    probe_figures.draw(run.path, run.figures, (result.env, result.agent))
     if paths := beliefs.paths(result):
         plots.save(paths, run.figures / "beliefs.png")
     row = {**result.row(), "state": "done"}

@@ -9,6 +9,7 @@ from typing import Any
 from curionav_cli import build
 from curionav_cli.agents.agent import Agent
 from curionav_cli.constants import FORWARD, LEFT, RIGHT
+from curionav_cli.execution.probing import Prober
 from curionav_cli.execution.progress import ExploreProgress, ServeProgress, TrainProgress
 from curionav_cli.geometry import wrapped
 from curionav_cli.loop import Callbacks
@@ -23,11 +24,14 @@ from curionav_cli.storage.run_folder import RunFolder
 class Keeper:
     """Save a run's progress, so that a killed run can be resumed. fixed: the settings that may then not change."""
 
-    def __init__(self, run: RunFolder, agent: Agent, replay: Replay | None, fixed: dict[str, Any], logger: Local):
+    def __init__(self, run: RunFolder, agent: Agent, replay: Replay | None, fixed: dict[str, Any], logger: Local,
+                 prober: Prober):
         self.run, self.agent, self.replay, self.fixed, self.logger = run, agent, replay, fixed, logger
+        self.prober = prober
 
     def keep(self, done: int, row: dict[str, Any], **status: Any) -> None:
         """Save after `done` episodes or iterations: a row of metrics.jsonl, a checkpoint, the status."""
+        row = {**row, **self.prober.metrics(done)}
         self.run.append_metrics(row)
         self.logger.add(row)
         checkpoint.save(self.run.checkpoints, done, self.fixed, self.save)
@@ -48,8 +52,9 @@ class Recorder(Keeper, Callbacks):
     """Record a run (loop.Callbacks) and count its coverage. env: None where the robot acts elsewhere."""
 
     def __init__(self, run: RunFolder, env: build.Environment | None, agent: Agent, replay: Replay | None,
-                 fixed: dict[str, Any], logger: Local, coverage: Coverage, report: ExploreProgress | ServeProgress):
-        super().__init__(run, agent, replay, fixed, logger)
+                 fixed: dict[str, Any], logger: Local, prober: Prober, coverage: Coverage,
+                 report: ExploreProgress | ServeProgress):
+        super().__init__(run, agent, replay, fixed, logger, prober)
         self.env, self.coverage, self.report = env, coverage, report
 
     def save(self, folder: Path) -> None:
@@ -86,8 +91,8 @@ class TrainRecorder(Keeper):
     """Record offline training (loop.TrainCallbacks)."""
 
     def __init__(self, run: RunFolder, agent: Agent, replay: Replay, fixed: dict[str, Any], logger: Local,
-                 report: TrainProgress):
-        super().__init__(run, agent, replay, fixed, logger)
+                 prober: Prober, report: TrainProgress):
+        super().__init__(run, agent, replay, fixed, logger, prober)
         self.report = report
 
     def learned(self, iteration: int) -> None:

@@ -18,6 +18,7 @@ from curionav_cli.errors import Unreachable
 from curionav_cli.execution.exploration import Exploration, draw
 from curionav_cli.execution.lifecycle import run_task
 from curionav_cli.execution.precision import with_precision
+from curionav_cli.execution.probing import prober
 from curionav_cli.execution.progress import ServeProgress, say
 from curionav_cli.execution.recorder import Recorder
 from curionav_cli.execution.remote_setup import opened, refuse_denied
@@ -55,8 +56,9 @@ class Service(Exploration):
             replay = stack.enter_context(closing(Replay.open(
                 run.episode_paths(), memory=loop.replay_memory * 1e9, folder=run.path, every=agent.every)))
             logger = stack.enter_context(closing(LOGGERS[self.settings.logger.value](run)))
-            recorder = Recorder(run, None, agent, replay, self.fixed, logger, cover(run.plan, run.poses()),
-                                ServeProgress(first))
+            recorder = Recorder(run, None, agent, replay, self.fixed, logger,
+                                prober(self.settings, self.fixed, self.world, agent, run.path),
+                                cover(run.plan, run.poses()), ServeProgress(first))
             learn = LocalLearner(agent, replay, loop.iterations, recorder, run.save_episode)
             run.set_status(state="running", error=None, episode=first, **recorder.counts(), **recorder.usage())
 

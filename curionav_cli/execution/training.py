@@ -13,6 +13,7 @@ from curionav_cli.config.settings import settings_yaml
 from curionav_cli.errors import RunFolderError
 from curionav_cli.execution.lifecycle import fixed_settings, run_task
 from curionav_cli.execution.precision import with_precision
+from curionav_cli.execution.probing import prober
 from curionav_cli.execution.progress import TrainProgress, line
 from curionav_cli.execution.recorder import TrainRecorder
 from curionav_cli.files import read_json
@@ -50,6 +51,7 @@ class Training:
         return build.agent(self.settings, self.world)
 
     def create(self, about: dict[str, Any]) -> None:
+        about = {**about, "data": episodes.collected_by(self.data)}
         self.run.create(settings_yaml(self.settings), self.fixed, about, plan=None)
 
     def verify(self, done: int) -> None:
@@ -67,6 +69,11 @@ class Training:
         with closing(Replay.open(stored, memory=memory, folder=run.path, every=agent.every)) as replay, \
                 closing(LOGGERS[self.settings.logger.value](run)) as logger, \
                 closing(line(label, first, self.total)) as progress:
-            recorder = TrainRecorder(run, agent, replay, self.fixed, logger, TrainProgress(progress))
+            probes = prober(self.settings, self.fixed, self.world, agent, run.path, EVERY)
+            recorder = TrainRecorder(run, agent, replay, self.fixed, logger, probes, TrainProgress(progress))
             run.set_status(state="running", error=None, iteration=first, iterations=self.total, **recorder.usage())
             learn(agent, replay, iterations=self.total, every=EVERY, watch=recorder, first=first)
+        if probes.probe:
+            from curionav_cli.results.probing import figures  # matplotlib is loaded once there is something to draw
+
+            figures.draw(run.path, run.figures)

@@ -32,7 +32,7 @@ def arm_settings(fixed: Settings) -> Settings:
 
 def world_settings(fixed: Settings) -> Settings:
     """Settings that make the world, by dotted keys; where the learner ran is not among them."""
-    rest = {key: value for key, value in fixed.items() if key not in (*ARM, "seed", "learner", *TRAINING)}
+    rest = {key: value for key, value in fixed.items() if key not in (*ARM, "seed", "learner", "episodes", *TRAINING)}
     return {key: value for key, value in flat(rest).items() if key not in ("env.engine", "env.note")}
 
 

@@ -123,7 +123,7 @@ class Run:
             **{f"steps_to_{share:.0%}".replace("%", ""): self.curve.steps_to(share) for share in (0.5, 0.8, 0.9, 0.99)},
             "steps_to_explored": status.get("explored_at"),
             **{name: mix[index] / steps for index, name in enumerate(ACTION_NAMES)},
-            "cancelled": cut / mix[FORWARD] if mix[FORWARD] else None, **dock_returns(metrics),
+            "cancelled": cut / mix[FORWARD] if mix[FORWARD] else None, **dock_returns(metrics), **probed(metrics),
             **{key: known(sums[-1]) for key, sums in spent(metrics).items()},
             "seconds_acting": sum(row["seconds_acting"] for row in metrics),
             "seconds_learning": sum(row["seconds_learning"] for row in metrics),
@@ -144,6 +144,12 @@ def dock_returns(metrics: list[dict[str, Any]]) -> dict[str, int]:
     """Count how often the robot docked and how often a person carried it; {} where it has no dock."""
     rows = [row for row in metrics if "docked" in row]
     return {name: sum(row[name] for row in rows) for name in ("docked", "carried") if rows}
+
+
+def probed(metrics: list[dict[str, Any]]) -> dict[str, float]:
+    """The newest error and surprise on the building's probe; {} where the world model was never measured."""
+    rows = [row for row in metrics if "probe_error" in row]
+    return {key: rows[-1][key] for key in ("probe_error", "probe_surprise") if rows}
 
 
 def distinguish(runs: Sequence[Run]) -> None:

@@ -26,6 +26,13 @@ COLUMNS: Columns = (
     ("frames read", "frames_read", "{:,.0f}"), ("marking", "marking", "{}"), ("of", "denominator", "{}"),
 )
 
+PROBED: Columns = (("probe error", "probe_error", "{:.4f}"), ("surprise", "probe_surprise", "{:.2f}"))
+
+
+def columns_of(rows: Sequence[Row]) -> Columns:
+    """The columns that a person reads, those of probes only where a row has them."""
+    return (*COLUMNS, *(PROBED if any("probe_error" in row for row in rows) else ()))
+
 
 def percent(share: float) -> str:
     """Write a share as '45.4%'; never 0.0% of something, nor 100.0% of less than all (263 of 700,000 are 0.038%)."""
@@ -54,8 +61,10 @@ def counted_by(rule: str, denominator: str) -> str:
     return f"visited: marked by {rule}, out of {denominator} cells"
 
 
-def markdown(rows: Sequence[Row], columns: Columns = COLUMNS, below: str = "") -> str:
-    """Write a Markdown table. below: the line under it; without one, how visits are counted."""
+def markdown(rows: Sequence[Row], columns: Columns = (), below: str = "") -> str:
+    """Write a Markdown table. columns: those of runs by default; below: the line under it, or how visits are counted.
+    """
+    columns = columns or columns_of(rows)
     lines = [[heading for heading, _, _ in columns], ["---"] * len(columns), *(cells(row, columns) for row in rows)]
     return "\n".join(f"| {' | '.join(line)} |" for line in lines) + f"\n\n{below or meaning(rows)}\n"
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 from curionav_cli.decisions import Every
 from curionav_cli.errors import RunFolderError
@@ -35,6 +36,11 @@ def runs(data: Path) -> list[RunFolder]:
 def environments(data: Path) -> list[str]:
     """Names of the environments of the runs at `data`; none of a plain folder of episodes."""
     return sorted({str(run.settings["env"]["name"]) for run in runs(data)})
+
+
+def collected_by(data: Path) -> list[dict[str, Any]]:
+    """Agent settings and seed of each run at `data`; none of a plain folder of episodes."""
+    return [{key: run.settings[key] for key in ("agent", "seed")} for run in runs(data)]
 
 
 def checksums(data: Path, episodes: list[str]) -> dict[str, str]:

@@ -27,6 +27,7 @@ from curionav_cli.agents.lbs_dreamer.kernels import latent
 from curionav_cli.agents.lbs_dreamer.learner import Learner, build_networks
 from curionav_cli.agents.lbs_dreamer.open_loop import predict_episode
 from curionav_cli.agents.lbs_dreamer.planner import policy
+from curionav_cli.agents.lbs_dreamer.probing import measure
 from curionav_cli.agents.lbs_dreamer.rssm import State
 from curionav_cli.agents.lbs_dreamer.world_model import Sequences
 from curionav_cli.agents.meter import Meter, finite
@@ -34,6 +35,7 @@ from curionav_cli.agents.weights import load_weights, overwrite, pack, unpack
 from curionav_cli.constants import IMAGE_SHAPE, Stream
 from curionav_cli.errors import ConfigError, WeightsRefused
 from curionav_cli.options import chosen
+from curionav_cli.probe import Probe, Probed
 from curionav_cli.records import Episode, FloorPlan, Prediction
 from curionav_cli.storage.replay import NO_ACTION, Replay
 
@@ -59,7 +61,7 @@ class LBSDreamer(Agent):
     server need not share a state. On a CPU the same seed and number of threads give the same bytes.
     """
 
-    learns = True
+    learns = has_model = True
 
     def __init__(self, hyper: lbs_settings.LBSDreamer, seed: int, device: str, plan: FloorPlan,
                  compile: str = "auto"):
@@ -161,6 +163,10 @@ class LBSDreamer(Agent):
         """Predict windows of the episode open-loop (open_loop.py); None where it is too short."""
         rng = np.random.default_rng([self.seed, Stream.predictions, index])
         return predict_episode(self.learner.networks, episode, self.hyper.sequence_length, rng, self.device, self.every)
+
+    def probe(self, probe: Probe) -> Probed:
+        """Measure the world model on a probe (probing.py)."""
+        return measure(self.learner.networks.world_model, probe, self.device)
 
     def learn(self, replay: Replay, iterations: int, tick: Callable[[int], None]) -> dict[str, float]:
         """K updates; returns the means of their metrics, and updates and frames since the run began.

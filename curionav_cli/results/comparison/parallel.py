@@ -15,8 +15,12 @@ from curionav_cli.results.comparison.run_summaries import RunSummary, folders, r
 FEW = 8  # runs are read sooner than processes start
 
 
-def read_all(paths: Sequence[Path], rule: str, denominator: str) -> tuple[list[RunSummary], list[str]]:
-    """Every run in these folders once, and a line for each folder that holds none, or none that can be read."""
+def read_all(paths: Sequence[Path], rule: str, denominator: str, but: Sequence[Path] = ()
+             ) -> tuple[list[RunSummary], list[str]]:
+    """Every run in these folders once, and a line for each folder that holds none, or none that can be read.
+
+    but: folders that are passed over.
+    """
     jobs: dict[Path, Path] = {}
     lost = []
     for path in paths:
@@ -24,6 +28,7 @@ def read_all(paths: Sequence[Path], rule: str, denominator: str) -> tuple[list[R
             jobs |= {job.resolve(): job for job in folders(path)}
         except RunFolderError as error:
             lost.append(str(error))
+    jobs = {whole: job for whole, job in jobs.items() if job not in but}
     read_one = partial(read_or_reason, rule=rule, denominator=denominator)
     if len(jobs) <= FEW:
         results = list(map(read_one, jobs.values()))
