@@ -58,4 +58,5 @@ def refuse_of_robot(settings: Config) -> None:
 def probe_name(world: str, fixed: dict[str, Any], every: Every) -> str:
     """The name of a probe's file: the world, a checksum of its settings, and how often the agent chooses."""
     whole = json.dumps([world_settings(fixed), walks.SEQUENCES, walks.LENGTH, walks.REPEAT], sort_keys=True)
-    return f"{file_name(world)}_{hashlib.sha256(whole.encode()).hexdigest()[:12]}_{every.held or file_name(every.unit)}.npz"
+    checksum = hashlib.sha256(whole.encode()).hexdigest()[:12]
+    return f"{file_name(world)}_{checksum}_{every.held or every.unit}.npz"

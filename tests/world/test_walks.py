@@ -71,7 +71,7 @@ def test_held_actions_show_the_frames_that_an_agent_acts_on(room: Scene) -> None
 
 
 def test_options_turn_and_drive_until_something_is_in_the_way(room: Scene, few: None) -> None:
-    x, y, heading = walks.walk(room, (0.55, 0.45, 9), [0, 3], Options())
+    _, y, heading = walks.walk(room, (0.55, 0.45, 9), [0, 3], Options())
     assert (heading[1] - heading[0], (heading[2] - heading[1]) % 36) == (0, 6)
     assert y[1] - y[0] == pytest.approx(8 * STEP_LENGTH)  # the room goes on for two metres
     probe = walks.draw(room, Options())
