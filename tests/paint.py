@@ -10,7 +10,7 @@ from typing import IO, Any
 import pytest
 
 BLANK = {"pdf": b"%PDF", "png": b64decode(  # one white pixel
-    "iVBORw0KGgoAAAANSUhEUgAAAAEAAAABCAAAAAA6fptVAAAACklEQVR42mP4DwABAQEAG7buVgAAAABJRU5ErkJggg==")}
+    "iVBORw0KGgoAAAANSUhEUgAAAAEAAAABCAAAAAA6fptVAAAACklEQVR4nGP4DwABAQEAsTj2FAAAAABJRU5ErkJggg==")}
 
 
 def blank(figure: Any, file: IO[bytes], *, format: str, **_: Any) -> None:
