@@ -72,7 +72,7 @@ def miniworld(depth: bool) -> tuple[Step, int]:
 
 
 def curionav(scene: str, engine: str, worlds: int, reuse: bool) -> tuple[Step, int]:
-    """Ours, RGB and depth. Without reuse, moves that would be cancelled (no new picture) are left out."""
+    """Ours, RGB and depth. Without reuse, every step draws: pictures are forgotten, cancelled moves left out."""
     from curionav_cli.world.registration import make
     from curionav_cli.world.vector_env import NavigationVectorEnv
 
@@ -90,10 +90,23 @@ def curionav(scene: str, engine: str, worlds: int, reuse: bool) -> tuple[Step, i
     if worlds == 1:
         env.reset(seed=0)
         single = actions[0].tolist()
-        return lambda index: env.step(single[index]), 1
+        return forgetful(env, lambda index: env.step(single[index]), reuse), 1
     many = NavigationVectorEnv(env.scene, worlds, engine=engine)
     many.reset(seed=0)
-    return lambda index: many.step(actions[:, index]), worlds
+    return forgetful(many, lambda index: many.step(actions[:, index]), reuse), worlds
+
+
+def forgetful(env, step: Step, reuse: bool) -> Step:
+    """The same step; without reuse, of worlds that have forgotten what they saw from this place."""
+    if reuse or not hasattr(env, "_pictures"):  # older versions keep the last picture only
+        return step
+
+    def forgetting(index: int) -> None:
+        for world in range(getattr(env, "num_envs", 1)):
+            env._pictures.forget(world)
+        step(index)
+
+    return forgetting
 
 
 def uncancelled(scene, actions: list[int]) -> list[int]:

@@ -12,6 +12,7 @@ from gymnasium import spaces
 
 from curionav_cli.constants import ACTIONS, FORWARD, HEADINGS, IMAGE_SHAPE, LEFT, RIGHT
 from curionav_cli.world import motion
+from curionav_cli.world.pictures import Pictures
 from curionav_cli.world.render.renderer import FAR, Renderer
 from curionav_cli.world.resets import EpisodeCounter, check_render_mode, episode_of, seed_of
 from curionav_cli.world.reward import Reward
@@ -54,7 +55,7 @@ class NavigationEnv(gymnasium.Env[Any, Any]):
         self.action_space, self.observation_space = actions(), observations()
         self.reward = Reward(reward)
         self.events: tuple[dict[str, Any], ...] = ()
-        self._renderer = Renderer(scene, engine)
+        self._renderer, self._pictures = Renderer(scene, engine), Pictures()
         self.counter = EpisodeCounter(reset_mode)
 
     @property
@@ -76,15 +77,18 @@ class NavigationEnv(gymnasium.Env[Any, Any]):
         self._now, self.events = self.scene.at(self.counter.episode, self.counter.seed)
         self._renderer = self._renderer.showing(self._now)
         self._x, self._y, self._heading = *self.scene.plan.start[:2], self.scene.start_heading
-        self._seen: tuple[float, float, int] | None = None
+        self._pictures.forget()
         self.reward.reset(self._now.plan, self._x, self._y)
         return self._observe(), self._info(False)
 
     def step(self, action: int) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
         plan, collided = self.now.plan, False
         if action == FORWARD:
+            before = (self._x, self._y)
             self._x, self._y, collided = motion.forward(
-                plan.visitable, plan.cell, self._x, self._y, self._heading, self.scene.collision)
+                plan.visitable, plan.cell, *before, self._heading, self.scene.collision)
+            if (self._x, self._y) != before:
+                self._pictures.forget()
         elif action == LEFT:
             self._heading = (self._heading + 1) % HEADINGS
         elif action == RIGHT:
@@ -117,12 +121,10 @@ class NavigationEnv(gymnasium.Env[Any, Any]):
         """Read nothing; see `save`."""
 
     def _observe(self) -> Observation:
-        pose = (self._x, self._y, self._heading)
-        if pose != self._seen:  # a cancelled move shows the same picture
-            image, depth = self._renderer.render(*pose)
-            self._picture, self._seen = (image[0], depth[0]), pose
-        image, depth = self._picture
-        return {"image": image.copy(), "depth": depth.copy()}
+        if self._pictures.missing([0], [self._heading]):
+            image, depth = self._renderer.render(self._x, self._y, self._heading)
+            self._pictures.keep(0, self._heading, image[0], depth[0])
+        return self._pictures.one(0, self._heading)
 
     def _info(self, collided: bool) -> dict[str, Any]:
         return step_info((self._x, self._y, motion.YAW[self._heading]), collided, self.counter.episode)

@@ -11,10 +11,11 @@ from gymnasium.error import ResetNeeded
 from gymnasium.vector import AutoresetMode
 from gymnasium.vector.utils import batch_space
 
-from curionav_cli.constants import FORWARD, HEADINGS, IMAGE_SHAPE, LEFT, RIGHT
+from curionav_cli.constants import FORWARD, HEADINGS, LEFT, RIGHT
 from curionav_cli.world import motion
 from curionav_cli.world.env import METADATA, Observation, actions, observations
 from curionav_cli.world.keywords import build_scene
+from curionav_cli.world.pictures import Pictures
 from curionav_cli.world.registration import STEPS
 from curionav_cli.world.render.renderer import Renderer
 from curionav_cli.world.resets import EpisodeCounter, check_render_mode, episode_of, mask_of, seeds_of
@@ -59,8 +60,7 @@ class NavigationVectorEnv(gymnasium.vector.VectorEnv[Any, Any, Any]):
         self._x, self._y = np.zeros(num_envs), np.zeros(num_envs)
         self._heading, self._episode, self._steps = np.zeros((3, num_envs), np.int64)
         self._over = np.zeros(num_envs, bool)
-        self._image = np.zeros((num_envs, *IMAGE_SHAPE), np.uint8)
-        self._depth = np.zeros((num_envs, *IMAGE_SHAPE[:2]), np.float32)
+        self._pictures = Pictures(num_envs)
 
     @property
     def engine(self) -> str:
@@ -112,7 +112,7 @@ class NavigationVectorEnv(gymnasium.vector.VectorEnv[Any, Any, Any]):
     def render(self) -> tuple[np.ndarray, ...]:
         """The camera image of each world, (64, 64, 3) uint8."""
         self._started()
-        return tuple(self._image.copy())
+        return tuple(self._observation()["image"])
 
     def look(self, x, y, yaw) -> Observation:
         """Render one other pose in each world, (E,) each, yaw in radians. Nothing moves."""
@@ -146,6 +146,8 @@ class NavigationVectorEnv(gymnasium.vector.VectorEnv[Any, Any, Any]):
         x, y, collided = motion.forward(plan.visitable, plan.cell, *before, int(self._heading[world]),
                                         self.scene.collision)
         self._x[world], self._y[world] = x, y
+        if (x, y) != before:
+            self._pictures.forget(world)
         return (x, y) != before, collided
 
     def _reward(self, acting: np.ndarray) -> np.ndarray:
@@ -162,6 +164,7 @@ class NavigationVectorEnv(gymnasium.vector.VectorEnv[Any, Any, Any]):
             now, self._events[world] = self.scene.at(counter.episode, counter.seed)
             self._now[world], self._brightness[world], self._episode[world] = now, now.brightness, counter.episode
             self._renderers[world] = self._renderers[world].showing(now)
+            self._pictures.forget(world)
             self._rewards[world].reset(now.plan, start.x, start.y)
         self._x[which], self._y[which] = start[:2]
         self._heading[which], self._steps[which], self._over[which] = self.scene.start_heading, 0, False
@@ -170,7 +173,7 @@ class NavigationVectorEnv(gymnasium.vector.VectorEnv[Any, Any, Any]):
         """Reset the worlds of this mask; the info of the step, with their last observations and infos."""
         final = np.full(self.num_envs, None, object)
         for world in np.flatnonzero(ended).tolist():
-            final[world] = {"image": self._image[world].copy(), "depth": self._depth[world].copy()}
+            final[world] = self._pictures.one(world, int(self._heading[world]))
         masks = {key: ended for key in last if key.startswith("_")}
         self._begin(ended)
         self._render(ended)
@@ -178,10 +181,13 @@ class NavigationVectorEnv(gymnasium.vector.VectorEnv[Any, Any, Any]):
                 "final_info": {**last, **masks}, "_final_info": ended}
 
     def _render(self, mask: np.ndarray) -> None:
-        which = np.flatnonzero(mask)
-        if len(which):
+        heading = self._heading.tolist()
+        new = self._pictures.missing(np.flatnonzero(mask).tolist(), heading)
+        if new:
+            which = np.array(new)
             images = self._drawn(which, Renderer.render, self._x[which], self._y[which], self._heading[which])
-            self._image[which], self._depth[which] = images["image"], images["depth"]
+            for world, image, depth in zip(new, images["image"], images["depth"], strict=True):
+                self._pictures.keep(world, heading[world], image, depth)
 
     def _drawn(self, which: np.ndarray, draw: Callable[..., tuple[np.ndarray, np.ndarray]], *poses: np.ndarray,
                **how: Any) -> Observation:
@@ -198,7 +204,7 @@ class NavigationVectorEnv(gymnasium.vector.VectorEnv[Any, Any, Any]):
         return {"image": image, "depth": depth}
 
     def _observation(self) -> Observation:
-        return {"image": self._image.copy(), "depth": self._depth.copy()}
+        return self._pictures.all(self._heading.tolist())
 
     def _info(self, collided: np.ndarray, mask: np.ndarray | None = None) -> Info:
         """The info of the worlds of this mask, or of all."""

@@ -24,6 +24,7 @@ FLOOR_TEXEL, CEILING_TEXEL = 0.025, 0.05  # metres; more where a scene is very l
 FLOOR_MOST, CEILING_MOST = 4e6, 1e6  # texels
 CEILING = np.array([218, 217, 212.0])
 LAMP = np.array([255, 252, 236.0])
+PART = 256  # rows of a sheet that are packed at once
 HAZE = (188, 192, 196)  # beyond the far plane
 
 LEVEL_OFFSET = np.cumsum([0] + [(SIZE >> level) * SIZE for level in range(LEVELS)])
@@ -67,8 +68,11 @@ def build_atlas(scene: Scene) -> Atlas:
 
 def pack(rgb: np.ndarray) -> np.ndarray:
     """Pack (..., 3) uint8 as (...) uint32."""
-    wide = rgb.astype(np.uint32)
-    return wide[..., 0] | wide[..., 1] << 8 | wide[..., 2] << 16
+    packed = rgb[..., 2].astype(np.uint32)
+    for channel in (1, 0):
+        packed <<= 8
+        packed |= rgb[..., channel]
+    return packed
 
 
 def material_block(name: str) -> np.ndarray:
@@ -93,16 +97,30 @@ def _sheet(image: np.ndarray, texel: float, base: int) -> tuple[Sheet, list[np.n
         bases.append(base)
         strides.append(image.shape[0])
         scales.append(1.0 / (texel * 2**level))
-        blocks.append(pack(np.rint(image).astype(np.uint8)).T.ravel())
+        blocks.append(_columns(image))
         base += len(blocks[-1])
         image = _halved(image)
     return Sheet(np.array(bases), np.array(strides), np.array(scales)), blocks
 
 
+def _columns(image: np.ndarray) -> np.ndarray:
+    """The packed texels of (rows, columns, 3) float, column by column; in parts, since a sheet may be large."""
+    packed = np.empty(image.shape[:2], np.uint32)
+    for at in range(0, len(image), PART):
+        packed[at:at + PART] = pack(np.rint(image[at:at + PART]).astype(np.uint8))
+    return packed.T.ravel()
+
+
 def _halved(image: np.ndarray) -> np.ndarray:
     rows, columns = image.shape[:2]
-    even = np.pad(image, ((0, rows % 2), (0, columns % 2), (0, 0)), mode="edge")
-    return even.reshape(even.shape[0] // 2, 2, even.shape[1] // 2, 2, 3).mean(axis=(1, 3), dtype=np.float32)
+    half = np.empty(((rows + 1) // 2, (columns + 1) // 2, 3), np.float32)
+    for at in range(0, rows, PART):
+        part = image[at:at + PART]
+        if len(part) % 2 or columns % 2:
+            part = np.pad(part, ((0, len(part) % 2), (0, columns % 2), (0, 0)), mode="edge")
+        fours = part.reshape(len(part) // 2, 2, part.shape[1] // 2, 2, 3)
+        half[at // 2:(at + PART) // 2] = fours.mean(axis=(1, 3), dtype=np.float32)
+    return half
 
 
 def _grid(scene: Scene, texel: float) -> tuple[np.ndarray, np.ndarray]:
@@ -120,13 +138,17 @@ def floor_picture(scene: Scene) -> np.ndarray:
     row = np.minimum((y / ground.cell).astype(int), ground.index.shape[0] - 1)
     column = np.minimum((x / ground.cell).astype(int), ground.index.shape[1] - 1)
     v, u = (y * TEXEL).astype(int) % SIZE, (x * TEXEL).astype(int) % SIZE
-    image = tiles[ground.index[row, column], v, u].astype(np.float32)
+    image = np.empty((len(y), x.shape[1], 3), np.float32)
+    for at in range(0, len(y), PART):
+        part = slice(at, at + PART)
+        image[part] = tiles[ground.index[row[part], column], v[part], u]
     for rug in ground.rugs:
         v = ((y.ravel() - rug.low[1]) / (rug.high[1] - rug.low[1]) * SIZE).astype(int)
         u = ((x.ravel() - rug.low[0]) / (rug.high[0] - rug.low[0]) * SIZE).astype(int)
         rows, columns = (np.flatnonzero((at >= 0) & (at < SIZE)) for at in (v, u))
         image[np.ix_(rows, columns)] = picture(rug.material)[np.ix_(v[rows], u[columns])]
-    return image * _shadow(scene, texel, image.shape[:2])[..., None]
+    image *= _shadow(scene, texel, image.shape[:2])[..., None]
+    return image
 
 
 def _shadow(scene: Scene, texel: float, shape: tuple[int, int]) -> np.ndarray:
@@ -138,7 +160,10 @@ def _shadow(scene: Scene, texel: float, shape: tuple[int, int]) -> np.ndarray:
         part = covered[first[box, 1]:last[box, 1] + 1, first[box, 0]:last[box, 0] + 1]
         np.maximum(part, 1.0 - 0.7 * boxes.low[box, 2], out=part)
     blurred = ndimage.gaussian_filter(covered, 0.09 / texel, mode="nearest", truncate=2.5)
-    return 1.0 - 0.55 * np.minimum(blurred, 1.0)
+    np.minimum(blurred, 1.0, out=blurred)
+    blurred *= -0.55
+    blurred += 1.0
+    return blurred
 
 
 def ceiling_picture(scene: Scene) -> np.ndarray:

@@ -66,7 +66,8 @@ def furnish(free: np.ndarray, resolution: float, height: float,
         sides = _sides(guessed, low, high, lists.rooms)
         boxes.append(Box((*low, 0.0), (*high, height), sides, sides[0]))
         boxes += [] if lists.posters else _posters(room, (r0, c0, r1, c1), resolution, rng)
-    return boxes, _ground(floor_of[np.maximum(room, 0)], resolution, lists.rooms), _lamps(free, resolution)
+    ground = _ground(floor_of.astype(np.int16)[np.maximum(room, 0)], resolution, lists.rooms)
+    return boxes, ground, _lamps(free, resolution)
 
 
 def _solids(occupied: np.ndarray, resolution: float, solids: tuple[Solid, ...]) -> tuple[list[Box], np.ndarray]:
@@ -134,36 +135,39 @@ def rooms(free: np.ndarray, resolution: float) -> np.ndarray:
     A map of more than CELLS is subsampled.
     """
     box = ndimage.find_objects(free.view(np.uint8))[0]  # all free cells lie in it
-    inside, number = free[box], np.full(free.shape, -1)
+    inside, number = free[box], np.full(free.shape, -1, np.int32)
     step = 1 if inside.size <= CELLS else math.ceil(2.0 * math.sqrt(inside.size / CELLS))
     nearest = _nearest_room(inside[::step, ::step], resolution * step)
     nearest = nearest.repeat(step, 0).repeat(step, 1)[:inside.shape[0], :inside.shape[1]]
-    number[box] = np.where(inside, nearest, -1)
+    number[box] = np.where(inside, nearest, np.int32(-1))
     return number
 
 
 def _nearest_room(free: np.ndarray, resolution: float) -> np.ndarray:
     """(rows, columns) int: for every cell the number of the room that is nearest."""
-    width = ndimage.distance_transform_edt(np.pad(free, 1))[1:-1, 1:-1] * resolution
-    core = np.zeros(free.shape, np.int64)
+    away = air(free)
+    core = np.zeros(free.shape, np.int32)
     for threshold in WIDTHS:
-        part, count = ndimage.label(width > threshold)
-        core = np.where(width > threshold, _grown(core, part, count), 0)
-    if not core.any():
-        return core
-    nearest = ndimage.distance_transform_edt(core == 0, return_distances=False, return_indices=True)
-    return core[tuple(nearest)] - 1
+        wide = away * np.float64(resolution) > threshold
+        part, count = ndimage.label(wide)
+        core = np.where(wide, _grown(core, part, count), np.int32(0))
+    del away, wide, part
+    return _spread(core) - np.int32(1) if core.any() else core
 
 
 def _grown(core: np.ndarray, part: np.ndarray, count: int) -> np.ndarray:
     """Rooms found where it is wider, spread over their part; a part without any becomes a room."""
-    numbered = np.unique(part[core > 0])
-    fresh = np.setdiff1d(np.arange(1, count + 1), numbered)
-    number = np.zeros(count + 1, np.int64)
-    number[fresh] = core.max() + 1 + np.arange(len(fresh))
-    nearest = ndimage.distance_transform_edt(core == 0, return_distances=False, return_indices=True)
-    spread = core[tuple(nearest)] if core.any() else core
-    return np.where(np.isin(part, fresh), number[part], spread)
+    fresh = np.bincount(part[core > 0], minlength=count + 1) == 0
+    fresh[0] = False
+    number = np.zeros(count + 1, np.int32)
+    number[fresh] = core.max() + 1 + np.arange(fresh.sum())
+    return np.where(fresh[part], number[part], _spread(core) if core.any() else core)
+
+
+def _spread(core: np.ndarray) -> np.ndarray:
+    """The number above 0 that is nearest to each cell; there must be one."""
+    rows, columns = ndimage.distance_transform_edt(core == 0, return_distances=False, return_indices=True)
+    return core[rows, columns]
 
 
 def _islands(solid: np.ndarray, resolution: float, height: float,

@@ -21,7 +21,7 @@ def cover(solid: np.ndarray, longest: int, hidden: bool = False) -> np.ndarray:
         if not wanted[row, column]:
             continue
         options = (_widest(right, row, column, longest), _widest(up.T, column, row, longest)[::-1])
-        tall, wide = max(options, key=lambda size: wanted[row:row + size[0], column:column + size[1]].sum())
+        tall, wide = max(options, key=lambda size: np.count_nonzero(wanted[row:row + size[0], column:column + size[1]]))
         wanted[row:row + tall, column:column + wide] = False
         found.append((row, column, row + tall, column + wide))
     return np.array(found, np.int64).reshape(-1, 4)
