@@ -73,7 +73,7 @@ def fuse_rows(rssm: RSSM) -> None:
     from curionav_cli.agents.lbs_dreamer.kernels.fused_dynamics import FusedDynamics
 
     rssm.steps = Steps(fused_steps.forward_step, fused_steps.backward_step)
-    rssm.dynamics = partial(FusedDynamics, rssm)  # type: ignore[method-assign]
+    rssm.dynamics = partial(FusedDynamics, rssm)  # type: ignore[method-assign, assignment]
 
 
 def fuse(rssm: RSSM, backend: str = "inductor") -> None:
