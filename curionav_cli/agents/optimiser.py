@@ -16,12 +16,9 @@ Step = Callable[..., None]  # (parameters, gradients, each of the moments in tur
 
 
 def clip_by_norm(gradients: list[Tensor], limit: float) -> Tensor:
-    """Scale the gradients in place to a global norm of at most `limit` (inf: not at all); return the norm before.
-
-    On a CPU small gradients are not touched; a GPU multiplies them by one, as nothing there waits for the norm.
-    """
+    """Scale the gradients in place to a global norm of at most `limit` (inf: not at all); return the norm before."""
     norm = torch.linalg.vector_norm(torch.stack(torch._foreach_norm(gradients)))
-    if limit < float("inf") and (norm.is_cuda or norm > limit):
+    if limit < float("inf"):
         torch._foreach_mul_(gradients, limit / norm.clamp(min=limit))
     return norm
 

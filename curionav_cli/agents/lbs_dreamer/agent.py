@@ -71,7 +71,7 @@ class LBSDreamer(Agent):
         self.every = chosen(asdict(hyper))
         self.execution = self.every.execution()
         repeatable(self.device)
-        mode = compile_mode(compile, self.device)
+        mode = compile_mode(compile, self.device, hyper.precision)
         record = recorder(mode, self.device)
         weights_seed, learning_seed = (int(n) for n in self.rng.integers(2**62, size=2))
         networks = build_networks(hyper, torch.Generator().manual_seed(weights_seed), self.device)

@@ -21,7 +21,7 @@ from torch import Tensor, nn
 from curionav_cli.agents.lbs_dreamer.kernels import latent
 from curionav_cli.agents.lbs_dreamer.kernels.mlp import MLP
 from curionav_cli.agents.lbs_dreamer.returns import discount_weights, lambda_return
-from curionav_cli.agents.lbs_dreamer.rssm import RSSM, State
+from curionav_cli.agents.lbs_dreamer.rssm import Dynamics, State
 
 
 class Imagined(NamedTuple):
@@ -51,13 +51,13 @@ class Behaviour(nn.Module):
         self.slow_critic = MLP(features, units, layers, 1, hot).requires_grad_(False)
 
     @torch.no_grad()
-    def imagine(self, rssm: RSSM, start: State, noise: Tensor) -> Imagined:
+    def imagine(self, dynamics: Dynamics, start: State, noise: Tensor) -> Imagined:
         """Roll out H steps of policy and dynamics from N states.
 
         noise (H, N, S + 1) uniform in [0, 1): the first S numbers for z, the last for the action.
         """
-        dynamics, columns = rssm.dynamics(), self.actor.columns()
         state, features, ones, actions, layers = start, [start.features], [dynamics.ones(start)], [], []
+        columns = None if ones[0] is None else self.actor.columns()
         for step in noise:  # (N, S + 1)
             layers.append(self.actor.activations(features[-1], ones[-1], columns))
             actions.append(sample_action(layers[-1][-1], step[:, -1]))

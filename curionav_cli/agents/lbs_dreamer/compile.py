@@ -23,11 +23,15 @@ from curionav_cli.errors import ConfigError
 log = logging.getLogger("curionav")
 
 
-def compile_mode(compile: str, device: torch.device) -> str:
-    """Resolve the setting compile to none, graph or fused. Raises ConfigError where that is not possible here."""
+def compile_mode(compile: str, device: torch.device, precision: Precision = Precision.float32) -> str:
+    """Resolve the setting compile to none, graph or fused. Raises ConfigError where that is not possible here.
+
+    On a CPU auto is none in bfloat16, for which nothing is fused there.
+    """
     on_cpu = device.type == "cpu"
     if compile == "auto":
-        compile = "fused" if can_fuse(device) else "none" if on_cpu else "graph"
+        fused = can_fuse(device) and not (on_cpu and precision is Precision.bfloat16)
+        compile = "fused" if fused else "none" if on_cpu else "graph"
         log.info("compile=auto is compile=%s here", compile)
     if on_cpu and compile == "graph":
         raise ConfigError("compile=graph needs a CUDA device, and this run computes on the CPU. "
@@ -69,7 +73,7 @@ def fuse_rows(rssm: RSSM) -> None:
     from curionav_cli.agents.lbs_dreamer.kernels.fused_dynamics import FusedDynamics
 
     rssm.steps = Steps(fused_steps.forward_step, fused_steps.backward_step)
-    rssm.dynamics = partial(FusedDynamics, rssm)  # type: ignore[method-assign]
+    rssm.dynamics = partial(FusedDynamics, rssm)  # type: ignore[method-assign, assignment]
 
 
 def fuse(rssm: RSSM, backend: str = "inductor") -> None:

@@ -22,14 +22,11 @@ def behaviour():
 class OneState:
     """A world in which nothing ever changes."""
 
-    def action_input(self, action):
-        return action
-
     def ones(self, state):
         return None
 
-    def imagine(self, state, action_input, noise, ones):
-        return state
+    def roll(self, state, action, noise, ones):
+        return state, None
 
 
 @pytest.fixture

@@ -6,6 +6,7 @@ import torch
 from curionav_cli.agents.lbs_dreamer import compile as compile_module
 from curionav_cli.agents.lbs_dreamer.compile import compile_mode, recorder
 from curionav_cli.agents.lbs_dreamer.kernels.cuda_graphs import as_it_is, cuda_graph
+from curionav_cli.agents.lbs_dreamer.settings import Precision
 from curionav_cli.errors import ConfigError
 
 
@@ -15,6 +16,7 @@ def test_what_compile_means(monkeypatch):
     for possible, on_gpu, on_cpu in ((True, "fused", "fused"), (False, "graph", "none")):
         monkeypatch.setattr(compile_module, "can_fuse", lambda device, possible=possible: possible)
         assert compile_mode("auto", cuda) == on_gpu and compile_mode("auto", cpu) == on_cpu
+        assert compile_mode("auto", cpu, Precision.bfloat16) == "none"
     for compile in ("graph", "fused"):
         assert compile_mode(compile, cuda) == compile
         assert recorder(compile, cuda).args == (cuda_graph, cuda)

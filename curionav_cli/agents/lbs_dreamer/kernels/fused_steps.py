@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
+import numpy as np
 import torch
 from torch import Tensor
 
@@ -15,7 +16,7 @@ from curionav_cli.agents.lbs_dreamer.kernels.elu import elu_, elu_backward
 from curionav_cli.agents.lbs_dreamer.kernels.rssm_scan import Slope, Step, Weights
 
 
-def call(function: Callable[..., None], *arguments: Tensor | float) -> None:
+def call(function: Callable[..., None], *arguments: Tensor | np.float32) -> None:
     """Call a function of rows.py, which writes into its last arguments."""
     function(*(x.numpy() if isinstance(x, Tensor) else x for x in arguments))
 
@@ -29,7 +30,7 @@ def gru(x: Tensor, deter: Tensor, weight: Tensor, bias: Tensor, gain: Tensor, sh
     gates = torch.addmm(bias, joined, weight.t())
     normed, new = torch.empty_like(gates), torch.empty_like(deter)
     mean, scale = x.new_empty(count, 1), x.new_empty(count, 1)
-    call(rows.gru, gates, gain, shift, rows.np.float32(epsilon), deter, new, normed, mean, scale)
+    call(rows.gru, gates, gain, shift, np.float32(epsilon), deter, new, normed, mean, scale)
     return new, joined, gates, normed, mean, scale
 
 
@@ -37,12 +38,13 @@ def forward_step(deter: Tensor, stoch: Tensor, action: Tensor, embed: Tensor, no
                  epsilon: float) -> Step:
     """Compute a step as rssm_scan.forward_step does; its probabilities are (B, S, C)."""
     before = torch.addmm(action, stoch, weights.z.t())
-    deter, *kept = gru(before, deter, weights.g, weights.g_bias, weights.gain, weights.shift, epsilon)
+    deter, joined, gates, normed, mean, scale = gru(before, deter, weights.g, weights.g_bias, weights.gain,
+                                                    weights.shift, epsilon)
     out = elu_(torch.addmm(embed, deter, weights.h.t()))
     logits = torch.addmm(weights.logits_bias, out, weights.logits.t()).unflatten(-1, (noise.shape[-1], -1))
     one_hot, probs = torch.empty_like(logits), torch.empty_like(logits)
     call(rows.draw, logits, noise, one_hot, probs, torch.empty(noise.shape, dtype=torch.int64))
-    return Step(deter, one_hot.flatten(-2), logits, probs, *kept, out)
+    return Step(deter, one_hot.flatten(-2), logits, probs, joined, gates, normed, mean, scale, out)
 
 
 def backward_step(step: Step, before: Tensor, to_deter: Tensor, to_stoch: Tensor, to_logits: Tensor,

@@ -67,6 +67,7 @@ def test_recorded_updates_are_eager_ones_to_the_bit(learner, data, precision, tm
 
 @pytest.mark.parametrize("curiosity", [kind.value for kind in lbs_settings.Curiosity])
 def test_a_recorded_agent_acts_and_learns_as_an_eager_one(agent, replay, monkeypatch, curiosity):
+    monkeypatch.setattr(agent_module, "fuse_on", lambda *_: None)  # the tape sees torch's operations only
     store, eager = replay(), agent(curiosity=curiosity)
     monkeypatch.setattr(agent_module, "recorder", lambda *_: partial(Recorded, tape, CPU))
     recorded = agent(curiosity=curiosity)
