@@ -47,7 +47,8 @@ class Policy(Protocol):
 class Actor:
     """The trained actor."""
 
-    weights, noise = "behaviour.actor.", ()
+    weights = "behaviour.actor."
+    noise: tuple[int, ...] = ()
 
     def __init__(self, networks: Networks):
         self.actor = networks.behaviour.actor
