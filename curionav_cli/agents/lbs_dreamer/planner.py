@@ -65,7 +65,7 @@ class Planner:
     def __init__(self, networks: Networks, hyper: lbs_settings.LBSDreamer):
         self.rssm, self.curiosity = networks.world_model.rssm, networks.curiosity
         self.gamma, self.temperature = hyper.gamma, hyper.plan_temperature
-        self.noise = (hyper.plan_depth, hyper.plan_samples, hyper.latent_dimension)
+        self.noise: tuple[int, ...] = (hyper.plan_depth, hyper.plan_samples, hyper.latent_dimension)
 
     def logits(self, state: State, noise: Tensor | None) -> Tensor:
         assert noise is not None
