@@ -35,7 +35,7 @@ def chooser(overrides: list[str]):
 
     chosen = settings(["device=cpu", *overrides])
     agent = build.agent(chosen, build.scene(chosen))
-    return lambda image: agent.choose(image, 0)
+    return lambda image: agent.filtered({"image": image}, 0)
 
 
 def milliseconds(choose, images: np.ndarray) -> float:

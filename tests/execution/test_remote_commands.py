@@ -70,7 +70,7 @@ def names(folder: Path) -> list[str]:
     return sorted(path.name for path in folder.iterdir())
 
 
-PLANS = ("agent.options=seven", "agent.behaviour=plan", "agent.sequence_length=3", "loop.steps=40")
+PLANS = ("agent.options=seven", "agent.behaviour=plan", "agent.sequence_length=3", "loop.steps=120")
 
 
 @pytest.mark.parametrize("more", [(), pytest.param(PLANS, marks=pytest.mark.slow)], ids=["actor", "plan"])

@@ -39,8 +39,6 @@ from curionav_cli.probe import Probe, Probed
 from curionav_cli.records import Episode, FloorPlan, Prediction
 from curionav_cli.storage.replay import NO_ACTION, Replay
 
-ACTING = ("world_model.encoder.", "world_model.rssm.")  # the networks that acting needs, beside those of the policy
-
 
 class Step(NamedTuple):
     """Inputs of one step of acting (a named tuple, as CUDA graphs need it)."""
@@ -84,35 +82,42 @@ class LBSDreamer(Agent):
         self.frames: DeviceReplay | None = None
         self.begin()
 
+    @property
+    def acting(self) -> tuple[str, ...]:
+        """How the names of the networks begin that acting needs."""
+        return "world_model.encoder.", "world_model.rssm.", self.policy.weights
+
     def begin(self) -> None:
         """Start an episode from a zero state, without an action before."""
         self.state = self.learner.networks.world_model.rssm.initial(1)
         self.action = torch.tensor([NO_ACTION], device=self.device)
         self.acting_generator: torch.Generator | None = None
         self.execution.begin()
-        self.entropies: list[Tensor] = []  # (1,) each, of the planner's choices
+        self.plans: list[Tensor] = []  # the planner's logits (1, A) of each choice
 
     def act(self, observation: dict[str, np.ndarray], info: dict[str, Any]) -> int:
         """Carry out the last choice to its end; then filter the image into the model state and draw another one."""
         if self.execution.due(info):
-            self.execution.start(self.choose(observation["image"], info["episode_index"]))
+            outputs = self.filtered(observation, info["episode_index"])
+            self.action = outputs["action"]
+            self.execution.start(int(self.action))
         return self.execution.step()
 
-    def choose(self, image: np.ndarray, episode: int) -> int:
-        """Filter an image (64, 64, 3) into the model state, and draw a choice from the policy."""
+    def filtered(self, observation: dict[str, np.ndarray], episode: int) -> dict[str, Tensor]:
+        """Filter the image into the model state; what `_filter` gave. episode: its index over the whole run."""
         if self.acting_generator is None:
             seed = np.random.default_rng([self.seed, Stream.acting, episode]).integers(2**62)
             self.acting_generator = torch.Generator(self.device).manual_seed(int(seed))
         noise, planned = self._noise(partial(torch.rand, generator=self.acting_generator, device=self.device))
-        outputs = self.filter(Step(torch.from_numpy(image), self.action, *self.state, noise, planned))
-        self.state, self.action = State(outputs["deter"], outputs["stoch"]), outputs["action"]
+        outputs = self.filter(Step(torch.from_numpy(observation["image"]), self.action, *self.state, noise, planned))
+        self.state = State(outputs["deter"], outputs["stoch"])
         if planned is not None:
-            self.entropies.append(outputs["entropy"].clone())
-        return int(self.action)
+            self.plans.append(outputs["logits"].clone())
+        return outputs
 
     def report(self) -> dict[str, float]:
         """The mean entropy of planned choices in nats, of the last episode; that of the actor is told by `learn`."""
-        return {"plan_entropy": float(torch.cat(self.entropies).mean())} if self.entropies else {}
+        return {"plan_entropy": float(latent.entropy(torch.cat(self.plans)).mean())} if self.plans else {}
 
     @torch.inference_mode()
     def _filter(self, step: Step) -> dict[str, Tensor]:
@@ -123,8 +128,8 @@ class LBSDreamer(Agent):
         state, _ = rssm.filter(State(step.deter, step.stoch), rssm.action_input(step.action),
                                rssm.embed_input(model.encoder(patches)), step.noise[:, :-1])
         logits = self.policy.logits(state, step.planned)
-        return {"deter": state.deter, "stoch": state.stoch, "action": sample_action(logits, step.noise[:, -1]),
-                "entropy": latent.entropy(logits)}
+        return {"deter": state.deter, "stoch": state.stoch, "logits": logits,
+                "action": sample_action(logits, step.noise[:, -1])}
 
     def export_weights(self) -> bytes:
         """Return encoder, RSSM and what the policy needs as a safetensors file."""
@@ -146,8 +151,7 @@ class LBSDreamer(Agent):
         action = torch.tensor([NO_ACTION], device=self.device)
         noise, planned = self._noise(lambda shape: torch.full(shape, 0.5, device=self.device))
         outputs = self.filter(Step(grey, action, *self.learner.networks.world_model.rssm.initial(1), noise, planned))
-        state = State(outputs["deter"], outputs["stoch"])
-        return bool(torch.cat([state.features, self.policy.logits(state, planned)], -1).isfinite().all())
+        return all(bool(tensor.isfinite().all()) for tensor in outputs.values())
 
     def _noise(self, drawn: Callable[[tuple[int, ...]], Tensor]) -> tuple[Tensor, Tensor | None]:
         """Random numbers of a step of acting, for the latents and the draw of an action, then for the policy."""
@@ -156,8 +160,8 @@ class LBSDreamer(Agent):
 
     def acting_weights(self) -> dict[str, Tensor]:
         """The weights that acting needs, by name: the tensors themselves, not copies."""
-        acting = (*ACTING, self.policy.weights)
-        return {name: tensor for name, tensor in self.learner.networks.state_dict().items() if name.startswith(acting)}
+        tensors = self.learner.networks.state_dict()
+        return {name: tensor for name, tensor in tensors.items() if name.startswith(self.acting)}
 
     def predict(self, index: int, episode: Episode) -> Prediction | None:
         """Predict windows of the episode open-loop (open_loop.py); None where it is too short."""

@@ -47,7 +47,8 @@ class Policy(Protocol):
 class Actor:
     """The trained actor."""
 
-    weights, noise = "behaviour.actor.", ()
+    weights = "behaviour.actor."
+    noise: tuple[int, ...] = ()
 
     def __init__(self, networks: Networks):
         self.actor = networks.behaviour.actor
@@ -64,7 +65,7 @@ class Planner:
     def __init__(self, networks: Networks, hyper: lbs_settings.LBSDreamer):
         self.rssm, self.curiosity = networks.world_model.rssm, networks.curiosity
         self.gamma, self.temperature = hyper.gamma, hyper.plan_temperature
-        self.noise = (hyper.plan_depth, hyper.plan_samples, hyper.latent_dimension)
+        self.noise: tuple[int, ...] = (hyper.plan_depth, hyper.plan_samples, hyper.latent_dimension)
 
     def logits(self, state: State, noise: Tensor | None) -> Tensor:
         assert noise is not None

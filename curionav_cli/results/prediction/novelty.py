@@ -46,7 +46,8 @@ def views(run: Run) -> Views | None:
     stored = {index: one for index, one in newest(run, NEWEST).items() if index}
     if not stored:
         return None
-    every, seen, found = chosen(run.config["agent"]), [], []
+    every, found = chosen(run.config["agent"]), []
+    seen: list[np.ndarray] = []
     for index, (path, pose) in enumerate(zip(run.episodes, run.poses(), strict=True)):
         arrays = read_arrays(path, ("action", "collided"))
         frame = every.decisions(arrays["action"], arrays["collided"], path).frame

@@ -77,6 +77,17 @@ def test_a_recorded_agent_acts_and_learns_as_an_eager_one(agent, replay, monkeyp
     assert_same(eager.learner, recorded.learner)
 
 
+@pytest.mark.parametrize("curiosity", ["lbs", "disagreement"])
+def test_a_recorded_planner_acts_as_an_eager_one(agent, replay, monkeypatch, curiosity):
+    store, plans = replay(), {"curiosity": curiosity, "behaviour": "plan"}
+    eager = agent(**plans)
+    monkeypatch.setattr(agent_module, "recorder", lambda *_: partial(Recorded, tape, CPU))
+    recorded = agent(**plans)
+    for _ in range(2):
+        assert walk(recorded, store) == walk(eager, store) and recorded.report() == eager.report() != {}
+        assert recorded.learn(store, 3, lambda done: None) == eager.learn(store, 3, lambda done: None)
+
+
 def walk(agent, replay):
     """Two episodes: the second must start afresh."""
     actions = []
