@@ -33,8 +33,8 @@ class RobotEnv(gymnasium.Wrapper):
 
     info also has estimate (3,), the estimated pose; lidar (2, beams), bearings from the heading in radians and ranges
     in metres, nan without a return and before the first step; and after a reset dock, the report of the return to dock
-    as a dict or None. A step is truncated when the battery is down to the reserve for the return. pictures=False: images and
-    depths are zeros, for agents that do not use them. link: wraps the docking server for its client.
+    as a dict or None. A step is truncated when the battery is down to the reserve for the return. pictures=False:
+    images and depths are zeros, for agents that do not use them. link: wraps the docking server for its client.
     """
 
     env: NavigationEnv
