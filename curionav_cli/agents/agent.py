@@ -39,6 +39,7 @@ class Agent(ABC):
     """Base class of all agents: acts, keeps no memory and learns nothing, unless a method says otherwise.
 
     learns: `learn` does something; without it the loop keeps no replay and calls neither `learn` nor `predict`.
+    sees: it acts by images or depth although it does not learn; the docking trial draws them for it.
     on_policy: it learns only from the episode that it has just acted in, so that offline training is refused.
     every: steps for which it holds an action (action repeat); the replay keeps the frames that it acts on.
     device: where it computes, for the record.
@@ -46,6 +47,7 @@ class Agent(ABC):
     """
 
     learns = False
+    sees = False
     on_policy = False
     every = 1
     device: Any = "cpu"

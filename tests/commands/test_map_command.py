@@ -31,6 +31,12 @@ def test_a_map_opens_as_the_cells_that_were_mapped(cli: Cli, tmp_path: Path, wor
     assert sheet.code == 0 and "visitable cells" in sheet.out
 
 
+def test_a_docking_trial_maps_by_its_camera(cli: Cli, tmp_path: Path) -> None:
+    answer = cli("dock", "env=small_room", "agent=mapper", "dock.requests=1", "loop.steps=40", "hydra.run.dir=run")
+    assert answer.code == 0 and cli("map", "run").code == 0, answer.error
+    assert (read_map(tmp_path / "run" / "map.yaml").cells == FREE).sum() > 100
+
+
 def test_what_has_no_map_is_answered_in_a_line(cli: Cli, tmp_path: Path) -> None:
     assert cli(*SHORT, "agent=random", "loop.episodes=1", "hydra.run.dir=run").code == 0
     (tmp_path / "begun").mkdir()

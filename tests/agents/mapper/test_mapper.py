@@ -203,6 +203,19 @@ def test_frontiers_are_the_rim_of_what_is_known() -> None:
     assert len(away) > 40 and away.min() > 0.9 and sizes[0] == 0 and sizes.sum() == len(rows)
 
 
+def test_a_short_frontier_is_no_goal_and_information_takes_what_shows_most() -> None:
+    memory = Memory(0.1, 4.0, 0.15)
+    memory.map.odds[20:60, 20:60], memory.map.odds[19:61, 19], memory.map.odds[19:61, 60] = -1.0, 3.5, 3.5
+    memory.map.odds[19, 19:61], memory.map.odds[60, 19:61] = 3.5, 3.5
+    for row, columns in ((60, slice(30, 50)), (19, slice(24, 36)), (19, slice(46, 49))):  # gaps of 2.0, 1.2 and 0.3 m
+        memory.map.odds[row, columns] = 0.0
+    memory.map.odds[4:18, 22:38] = 3.5  # known, so that the second gap shows less
+    memory.clearance.follow(memory.map.occupied)
+    near, most = (GOALS[goal](memory, 0.05, 0.05) for goal in ("frontier", "information"))
+    assert near[59, 30:50].any() and near[20, 24:36].any() and not near[20, 44:52].any()
+    assert most[59, 30:50].any() and not most[20].any()
+
+
 def test_a_cancelled_move_closes_one_cell_until_nothing_is_near_it() -> None:
     memory = looked_around(4.0)
     memory.cancelled(0.05, 0.05, 0.0)
