@@ -42,6 +42,7 @@ class Agent(ABC):
     """Base class of all agents: acts, keeps no memory and learns nothing, unless a method says otherwise.
 
     learns: `learn` does something; without it the loop keeps no replay and calls neither `learn` nor `predict`.
+    sees: it acts by images or depth although it does not learn; the docking trial draws them for it.
     on_policy: it learns only from the episode that it has just acted in, so that offline training is refused.
     has_model: it has a world model, which `probe` measures.
     every: how often it chooses, at each step unless it says otherwise (action repeat, options); the replay keeps the
@@ -51,6 +52,7 @@ class Agent(ABC):
     """
 
     learns = False
+    sees = False
     on_policy = False
     has_model = False
     every: Every = EACH_STEP

@@ -53,7 +53,7 @@ class DockingTrial:
     def work(self, agent: Agent, first: int) -> None:
         """Run from request `first` to the last, then write tables and figure."""
         run, settings = self.run, self.settings
-        env = build.robot_env(settings, self.world, pictures=agent.learns)
+        env = build.robot_env(settings, self.world, pictures=agent.learns or agent.sees)
         saved = checkpoint.newest(run.checkpoints, self.fixed, self.verify)
         if saved:  # the episode before request `first` is done, and the robot stands at its end
             env.load(saved[1])

@@ -57,7 +57,7 @@ def test_area_and_steps_to_a_share():
     curve = Curve(found=np.array([0, 2, 4, 8]), steps=10, total=5)
     by_hand = np.mean([np.sum(curve.found <= step) / 5 for step in range(10)])
     assert curve.area() == pytest.approx(by_hand)
-    assert [curve.steps_to(share) for share in (0.2, 0.5, 0.8, 0.9)] == [0, 4, 8, None]
+    assert [curve.steps_to(share) for share in (0.2, 0.5, 0.8, 0.9, 0.99)] == [0, 4, 8, None, None]
     assert curve.at(np.array([0, 1, 2, 10])).tolist() == [1, 1, 2, 4]
     assert Curve(np.array([], np.int64), 0, 5).area() == 0.0
 

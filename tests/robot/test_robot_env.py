@@ -37,6 +37,17 @@ def test_the_agent_sees_what_the_true_pose_shows(small_room, turtlebot):
     assert 0 < np.abs(info["pose"] - info["estimate"]).max() < 0.2
 
 
+def test_the_lidar_is_in_info_from_the_first_step_on(small_room, turtlebot):
+    env, (_, info) = a_robot(small_room, turtlebot)
+    assert info["lidar"].shape == (2, turtlebot.lidar.beams) and np.isnan(info["lidar"][1]).all()
+    _, _, _, _, info = env.step(LEFT)
+    bearing, ranges = info["lidar"]
+    x, y, yaw = info["pose"]
+    seen = np.isfinite(ranges)
+    ends = x + ranges[seen] * np.cos(yaw + bearing[seen]), y + ranges[seen] * np.sin(yaw + bearing[seen])
+    assert seen.mean() > 0.9 and min(map(np.min, ends)) > -0.1 and ends[0].max() < 2.1 and ends[1].max() < 4.1
+
+
 def test_a_wrong_action_is_named(small_room, turtlebot):
     env, _ = a_robot(small_room, turtlebot)
     with pytest.raises(ValueError, match="none of 0 forward"):

@@ -38,6 +38,8 @@ class Mapper(Agent):
     goal again after PATIENCE searches. Where it is shut in it forgets the obstacles around it.
     """
 
+    sees = True
+
     def __init__(self, seed: int, camera: DepthCamera, memory: Memory, goal: str):
         super().__init__(seed)
         self.camera, self.memory, self.goal = camera, memory, goal

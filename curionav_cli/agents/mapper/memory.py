@@ -8,14 +8,13 @@ from __future__ import annotations
 
 import math
 
-import cv2
 import numpy as np
 
 from curionav_cli.agents.mapper.clearance import Clearance
 from curionav_cli.constants import STEP_LENGTH
 from curionav_cli.records import Pose
 from curionav_cli.robot.measurements import Scan
-from curionav_cli.robot.occupancy import INSIDE, MOST, Occupancy
+from curionav_cli.robot.occupancy import INSIDE, MOST, OCCUPIED, Occupancy
 
 MOVED, TURNED = 0.2, math.radians(25.0)  # a view is entered when the robot moved or turned so much since the last one
 FADED = 1.0  # log-odds, at most, of an obstacle when an episode begins: two views of the floor there open the cell
@@ -47,7 +46,7 @@ class Memory:
         self._corner = self.map.corner
         self._free: np.ndarray | None = None
         self._entered = (math.inf, math.inf, 0.0)
-        self._discs = [disc(limit / cell) for limit in (radius / 2, radius + 2 * cell)]
+        self._core, self._around = disc(radius / 2 / cell), disc(radius / cell + 2)
 
     @property
     def cell(self) -> float:
@@ -143,10 +142,19 @@ class Memory:
     def free(self) -> np.ndarray:
         """(rows, columns) bool: where the robot's centre may be. What is unknown is free until it is seen."""
         if self._free is None:
-            occupied = self.map.occupied.astype(np.uint8)
-            core, around = (cv2.dilate(occupied, kernel).astype(bool) for kernel in self._discs)
-            self._free = ((self.clearance.count == 0) | self.passed & ~core) & ~(self.closed & around)
+            free = self.clearance.count == 0
+            tight, closed = np.flatnonzero(self.passed & ~free), np.flatnonzero(self.closed)
+            free.flat[tight] = ~self._beside(tight, self._core)
+            free.flat[closed[self._beside(closed, self._around)]] = False
+            self._free = free
         return self._free
+
+    def _beside(self, cells: np.ndarray, disc: np.ndarray) -> np.ndarray:
+        """(n,) bool: does an occupied cell lie within a disc (K, 2) around these cells, flat indices (n,)?"""
+        rows, columns = self.map.odds.shape
+        at = np.stack(np.divmod(cells, columns), 1)[:, None] + disc  # (n, K, 2)
+        row, column = np.clip(at[..., 0], 0, rows - 1), np.clip(at[..., 1], 0, columns - 1)
+        return (self.map.odds[row, column] > OCCUPIED).any(axis=1)
 
     def _grow(self) -> None:
         row, column = (round((self._corner[axis] - self.map.corner[axis]) / self.cell) for axis in (1, 0))
@@ -175,7 +183,7 @@ class Memory:
 
 
 def disc(radius: float) -> np.ndarray:
-    """A structuring element: cells whose centre is within `radius` cells of the middle one's."""
+    """(K, 2) offsets (row, column) of the cells whose centre is within `radius` cells of the middle one's."""
     most = max(0, math.floor(radius))
     across = np.arange(-most, most + 1)
-    return (np.hypot(across[:, None], across) <= radius).astype(np.uint8)
+    return np.argwhere(np.hypot(across[:, None], across) <= radius) - most

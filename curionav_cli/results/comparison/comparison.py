@@ -1,8 +1,8 @@
 """What is compared with what: arms in environments, up to a number of steps that all of them have; and by how much.
 
 The measures of one run, all up to the environment's horizon: the area under the coverage curve (the primary one), the
-coverage there and at earlier steps, the steps to 50, 80, 90 and 99 % of the counted cells, the step at which the agent said that
-nothing was left, and what it cost.
+coverage there and at earlier steps, the steps to 50, 80, 90 and 99 % of the counted cells, the step at which the agent
+said that nothing was left, and what it cost.
 """
 
 from __future__ import annotations

@@ -46,7 +46,8 @@ def arm_table(rows: Sequence[Row], at: Sequence[int], counted: str) -> Table:
     """Table of what each arm reached and what it cost. at: more steps at which coverage is shown."""
     more = [(f"at {step:,}", f"coverage_at_{step}", "{:.1%}") for step in at]
     return Table("arms", f"What each arm reached, mean and 95 % t interval over seeds ({counted}). Steps to a share, "
-                 "and until the agent said that nothing was left (explored): median (runs that arrived). Cost of one run: mean.", (*ARMS, *more, *COSTS), rows)
+                 "and until the agent said that nothing was left (explored): median (runs that arrived). Cost of one "
+                 "run: mean.", (*ARMS, *more, *COSTS), rows)
 
 
 def overall_table(rows: Sequence[Row]) -> Table:

@@ -136,12 +136,84 @@ def looked_around(reach: float) -> Memory:
     return memory
 
 
+def test_the_map_grows_and_keeps_what_it_knows() -> None:
+    memory = looked_around(2.0)
+    memory.cancelled(0.05, 0.05, 0.0)
+    memory.land(0.05, 0.05, (0.05, 0.05))
+    [[row, column]] = np.argwhere(memory.closed)
+    at = [memory.map.corner[0] + (column + 0.5) * 0.1], [memory.map.corner[1] + (row + 0.5) * 0.1]
+    small = memory.map.odds.size
+    for pose in (Pose(-9.0, 0.05, 0.0), Pose(0.05, -9.0, 0.0)):
+        memory.see(pose, Scan(np.array([0.0]), np.array([1.0]), 0.0), 0.0)
+    assert memory.map.odds.size > small
+    assert memory.closed[memory.map.cells(*at)].all() and memory.closed.sum() == 1
+    assert memory.visited[memory.map.cells(0.05, 0.05)] and memory.visited.sum() == 1
+    assert memory.clearance.count[memory.map.cells(*at)] > 0 and not memory.free[memory.map.cells(*at)].any()
+
+
+def test_obstacles_fade_when_an_episode_begins() -> None:
+    memory = Memory(0.1, 4.0, 0.15)
+    wall, floor = (Scan(np.array([0.0]), np.array([length]), 0.0) for length in (2.0, 9.0))
+    for step in range(9):
+        memory.see(Pose(-0.3 * (step % 2), 0.05, 0.0), wall, 0.0)
+        wall = Scan(wall.bearing, 2.0 + 0.3 * (np.array([step + 1]) % 2), 0.0)
+    assert not memory.free[memory.map.cells(2.05, 0.05)]
+    memory.begin()
+    assert not memory.free[memory.map.cells(2.05, 0.05)], "it stands until the floor is seen there"
+    for step in range(2):
+        memory.see(Pose(-0.3 * (step % 2), 0.05, 0.0), floor, 0.0)
+    assert memory.free[memory.map.cells(2.05, 0.05)]
+
+
+def test_a_robot_that_is_shut_in_looks_again() -> None:
+    """Obstacles that are not there surround it; the map was wrong, and nothing is called explored."""
+    env = NavigationEnv(Scene.from_dict(TWO_ROOMS))
+    agent = mapper(env.scene)
+    explore(agent, env, 150)
+    x, y = env.scene.plan.start[:2]
+    row, column = agent.memory.map.cells(x, y)
+    ring = np.hypot(*np.indices(agent.memory.map.odds.shape) - np.array([row, column])[:, None, None])
+    agent.memory.map.odds[(ring > 4) & (ring < 6)] = 3.5
+    agent.memory.passed[:] = False
+    before = agent.memory.visited.sum()
+    explore(agent, env, 150, first=1)
+    assert agent.memory.visited.sum() > before and agent.report() == {}
+
+
+def test_the_lidar_is_entered_where_the_robot_has_one() -> None:
+    env = NavigationEnv(Scene.from_dict(TWO_ROOMS))
+    observation, info = env.reset(seed=0)
+    behind = np.stack([np.full(3, math.pi), [0.5, np.nan, 0.5]])
+    known = []
+    for scan in ({}, {"lidar": behind}):
+        agent = mapper(env.scene)
+        agent.begin()
+        agent.act(observation, {**info, **scan})
+        known.append([bool(agent.memory.map.known[agent.memory.map.cells(x, 0.5)]) for x in (0.25, 0.05)])
+        occupied = bool(agent.memory.map.occupied[agent.memory.map.cells(-0.005, 0.5)])
+        assert occupied == bool(scan)
+    assert known == [[False, False], [True, True]], "the camera looks the other way"
+
+
 def test_frontiers_are_the_rim_of_what_is_known() -> None:
     memory = looked_around(1.5)
     label, sizes = frontiers(memory)
     rows, columns = np.nonzero(label)
     away = np.hypot((columns + 0.5) * 0.1 + memory.map.corner[0], (rows + 0.5) * 0.1 + memory.map.corner[1])
     assert len(away) > 40 and away.min() > 0.9 and sizes[0] == 0 and sizes.sum() == len(rows)
+
+
+def test_a_short_frontier_is_no_goal_and_information_takes_what_shows_most() -> None:
+    memory = Memory(0.1, 4.0, 0.15)
+    memory.map.odds[20:60, 20:60], memory.map.odds[19:61, 19], memory.map.odds[19:61, 60] = -1.0, 3.5, 3.5
+    memory.map.odds[19, 19:61], memory.map.odds[60, 19:61] = 3.5, 3.5
+    for row, columns in ((60, slice(30, 50)), (19, slice(24, 36)), (19, slice(46, 49))):  # gaps of 2.0, 1.2 and 0.3 m
+        memory.map.odds[row, columns] = 0.0
+    memory.map.odds[4:18, 22:38] = 3.5  # known, so that the second gap shows less
+    memory.clearance.follow(memory.map.occupied)
+    near, most = (GOALS[goal](memory, 0.05, 0.05) for goal in ("frontier", "information"))
+    assert near[59, 30:50].any() and near[20, 24:36].any() and not near[20, 44:52].any()
+    assert most[59, 30:50].any() and not most[20].any()
 
 
 def test_a_cancelled_move_closes_one_cell_until_nothing_is_near_it() -> None:

@@ -150,6 +150,14 @@ def test_a_share_that_few_reach_has_no_median_and_says_how_many_did():
     assert f"{row['steps_to_50']:,.0f}" == "- (2/5)"
 
 
+def test_steps_until_an_agent_said_that_nothing_was_left():
+    runs = [replace(a_summary(seed=seed), explored=explored) for seed, explored in enumerate((5, 7, None, 9999))]
+    result = compare(runs)
+    assert [measures(run, result.fields[0].horizon, [])["steps_to_explored"] for run in runs] == [5, 7, None, None]
+    [row] = estimates.arm_rows(result, [])
+    assert f"{row['steps_to_explored']:,.0f}" == "- (2/4)" and f"{row['steps_to_99']:,.0f}".endswith("/4)")
+
+
 def test_tables_keep_bounds_and_counts_and_latex_escapes(rng):
     result = compare([*some("lbs_dreamer", range(5)), *some("random", range(3, 8))])
     parts = [arm_table(list(estimates.arm_rows(result, [10])), [10], "visitable cells"),
