@@ -10,8 +10,9 @@ import pytest
 import curionav_cli
 
 LAYERS = (
-    "errors", "constants", "geometry", "bounds", "safe_yaml", "files", "decisions", "options", "records", "probe",
-    "world", "robot", "storage", "agents", "remote", "loop", "results", "config", "build", "execution", "commands", "app",
+    "errors", "constants", "geometry", "bounds", "safe_yaml", "files", "decisions", "options", "records",
+    "probe", "world", "robot", "storage", "agents", "remote", "loop", "results", "config", "build", "execution",
+    "commands", "app",
 )
 LENT = {"torch": ("agents",), "hydra": ("config",), "omegaconf": ("config",), "matplotlib": ("results",)}
 PACKAGE = Path(curionav_cli.__file__).parent
