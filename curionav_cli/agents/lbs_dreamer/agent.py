@@ -31,8 +31,6 @@ from curionav_cli.errors import ConfigError, WeightsRefused
 from curionav_cli.records import Episode, FloorPlan, Prediction
 from curionav_cli.storage.replay import NO_ACTION, Replay
 
-ACTING = ("world_model.encoder.", "world_model.rssm.", "behaviour.actor.")  # the networks that acting needs
-
 
 class Step(NamedTuple):
     """Inputs of one step of acting (a named tuple, as CUDA graphs need it)."""
@@ -53,6 +51,8 @@ class LBSDreamer(Agent):
     """
 
     learns = True
+    learner_class: type[Learner] = Learner
+    acting: tuple[str, ...] = ("world_model.encoder.", "world_model.rssm.", "behaviour.actor.")  # what acting needs
 
     def __init__(self, hyper: lbs_settings.LBSDreamer, seed: int, device: str, plan: FloorPlan,
                  compile: str = "auto"):
@@ -67,7 +67,8 @@ class LBSDreamer(Agent):
         networks = build_networks(hyper, torch.Generator().manual_seed(weights_seed), self.device)
         if mode == "fused":
             fuse(networks.world_model.rssm)
-        self.learner = Learner(hyper, networks, torch.Generator(self.device).manual_seed(learning_seed), record)
+        generator = torch.Generator(self.device).manual_seed(learning_seed)
+        self.learner = self.learner_class(hyper, networks, generator, record)
         self.visit_counts = networks.curiosity.visit_counts(plan)
         self.filter = record(self._filter, [])
         self.frames: DeviceReplay | None = None
@@ -85,13 +86,19 @@ class LBSDreamer(Agent):
         self.steps += 1
         if (self.steps - 1) % self.every:
             return int(self.action)
+        outputs = self.filtered(observation, info["episode_index"])
+        self.action = outputs["action"]
+        return int(self.action)
+
+    def filtered(self, observation: dict[str, np.ndarray], episode: int) -> dict[str, Tensor]:
+        """Filter the image into the model state; what `_filter` gave. episode: its index over the whole run."""
         if self.acting_generator is None:
-            seed = np.random.default_rng([self.seed, Stream.acting, info["episode_index"]]).integers(2**62)
+            seed = np.random.default_rng([self.seed, Stream.acting, episode]).integers(2**62)
             self.acting_generator = torch.Generator(self.device).manual_seed(int(seed))
         noise = torch.rand(1, self.hyper.latent_dimension + 1, generator=self.acting_generator, device=self.device)
         outputs = self.filter(Step(torch.from_numpy(observation["image"]), self.action, *self.state, noise))
-        self.state, self.action = State(outputs["deter"], outputs["stoch"]), outputs["action"]
-        return int(self.action)
+        self.state = State(outputs["deter"], outputs["stoch"])
+        return outputs
 
     @torch.inference_mode()
     def _filter(self, step: Step) -> dict[str, Tensor]:
@@ -122,15 +129,18 @@ class LBSDreamer(Agent):
         """Tell whether model state and policy are finite for a grey image."""
         grey = torch.full(IMAGE_SHAPE, 128, dtype=torch.uint8)
         action, noise = torch.tensor([NO_ACTION]), torch.full((1, self.hyper.latent_dimension + 1), 0.5)
-        networks = self.learner.networks
-        step = Step(grey, action.to(self.device), *networks.world_model.rssm.initial(1), noise.to(self.device))
-        outputs = self.filter(step)
-        state = State(outputs["deter"], outputs["stoch"])
-        return bool(torch.cat([state.features, networks.behaviour.actor(state.features)], -1).isfinite().all())
+        initial = self.learner.networks.world_model.rssm.initial(1)
+        return self.finite(self.filter(Step(grey, action.to(self.device), *initial, noise.to(self.device))))
+
+    def finite(self, outputs: dict[str, Tensor]) -> bool:
+        """Tell whether model state and policy are finite after a step; outputs: what `_filter` gave."""
+        features = State(outputs["deter"], outputs["stoch"]).features
+        return bool(torch.cat([features, self.learner.networks.behaviour.actor(features)], -1).isfinite().all())
 
     def acting_weights(self) -> dict[str, Tensor]:
         """The weights that acting needs, encoder, RSSM and actor, by name: the tensors themselves, not copies."""
-        return {name: tensor for name, tensor in self.learner.networks.state_dict().items() if name.startswith(ACTING)}
+        tensors = self.learner.networks.state_dict()
+        return {name: tensor for name, tensor in tensors.items() if name.startswith(self.acting)}
 
     def predict(self, index: int, episode: Episode) -> Prediction | None:
         """Predict windows of the episode open-loop (open_loop.py); None where it is too short."""

@@ -22,7 +22,6 @@ from curionav_cli.agents.mapper.memory import Memory
 from curionav_cli.constants import ACTIONS, FORWARD, HEADINGS
 from curionav_cli.files import read_arrays, read_json, write_arrays
 from curionav_cli.records import Pose
-from curionav_cli.robot.occupancy import Occupancy
 from curionav_cli.world.motion import YAW
 
 STUCK = 3  # cancelled moves in a row, after which it moves at random
@@ -76,7 +75,7 @@ class Mapper(Agent):
         super().load(folder)
         held = read_json(folder / "mapper.json")
         self.steps, self.explored = held["steps"], held["explored"]
-        self.memory.load(read_arrays(folder / "map.npz", Occupancy.SAVED + Memory.GRIDS))
+        self.memory.load(read_arrays(folder / "map.npz", self.memory.SAVED))
 
     def _clear(self, pose: Pose) -> bool:
         """Is the next action still possible, by what is known now?"""

@@ -1,0 +1,62 @@
+"""What surprise is high and what is usual now: running windows of measurements, in nats."""
+
+from __future__ import annotations
+
+import numpy as np
+
+KEPT = 500  # measurements of each window
+MARGIN = 1.1  # of what is usual, that a place not yet seen is expected to have at least
+LEAST, MOST = 0.2, 2.0  # bounds of the fading at one night
+
+
+class Levels:
+    """The newest measurements, and those of first sights as multiples of what was usual then.
+
+    recent, first: (n,) float32, n <= KEPT, oldest first. fade: by how much a place's surprise changes when the model
+    has learned from an episode that saw it; old, new: sums of what was remembered and of what was then measured.
+    """
+
+    SAVED = ("recent", "first", "fading")
+
+    def __init__(self, optimism: float):
+        self.optimism = optimism
+        self.recent, self.first = np.zeros(0, np.float32), np.zeros(0, np.float32)
+        self.fade, self.old, self.new = 1.0, 0.0, 0.0
+
+    @property
+    def usual(self) -> float:
+        """The median of the newest measurements; one before there is any."""
+        return float(np.median(self.recent)) if len(self.recent) else 1.0
+
+    @property
+    def expected(self) -> float:
+        """The surprise that a place not yet seen is expected to have: a high quantile of first sights."""
+        return self.usual * max(MARGIN, float(np.quantile(self.first, self.optimism)) if len(self.first) else 0.0)
+
+    def add(self, surprise: float) -> None:
+        """A measurement."""
+        self.recent = np.append(self.recent, np.float32(surprise))[-KEPT:]
+
+    def add_first(self, surprise: float) -> None:
+        """A measurement from a place where the robot had never been."""
+        self.first = np.append(self.first, np.float32(surprise / max(self.usual, 1e-6)))[-KEPT:]
+
+    def met_again(self, remembered: float, measured: float) -> None:
+        """Sums over places last seen in an earlier episode."""
+        self.old, self.new = self.old + remembered, self.new + measured
+
+    def night(self) -> float:
+        """The model has learned: the factor for the places of the episode before, corrected by what was met again."""
+        if self.old > 0.0:
+            self.fade = float(np.clip(self.fade * np.sqrt(self.new / self.old), LEAST, MOST))
+        self.old = self.new = 0.0
+        return self.fade
+
+    def save(self) -> dict[str, np.ndarray]:
+        """The arrays that `load` restores."""
+        return {"recent": self.recent, "first": self.first, "fading": np.array([self.fade, self.old, self.new])}
+
+    def load(self, arrays: dict[str, np.ndarray]) -> None:
+        """What `save` gave."""
+        self.recent, self.first = arrays["recent"], arrays["first"]
+        self.fade, self.old, self.new = arrays["fading"].tolist()
