@@ -22,7 +22,7 @@ class SurpriseMemory(Memory):
     """A Memory with four more grids, (rows, columns) each.
 
     surprise: float32 nats, of the views that show the cell; shown: float32, how many views that is, at most VIEWS;
-    episode: int32, the number of the last one that showed it; stood: int32, steps that ended there.
+    episode: int32, the number of the last one that showed it, from 1; stood: int32, steps that ended there.
     felt: the surprise of the view that is being entered, None for none.
     """
 
@@ -39,17 +39,18 @@ class SurpriseMemory(Memory):
         super().__init__(cell, reach, radius)
         for name, kind in zip(self.GRIDS[-4:], (np.float32, np.float32, np.int32, np.int32), strict=True):
             setattr(self, name, np.zeros(self.map.odds.shape, kind))
-        self.levels, self.number = Levels(optimism), 0
+        self.levels, self.number = Levels(optimism), 1
         self._sight = np.arange(0.0, sight, cell)
         self._view: tuple[Pose, Scan] | None = None
 
     def begin(self) -> None:
-        """An episode begins: what the last one showed has been learned since."""
+        """An episode begins: what the last one showed has been learned since. Twice in a row changes nothing more."""
         super().begin()
-        if self.number:
-            self.surprise[self.episode == self.number] *= np.float32(self.levels.night())
-        self.shown = np.minimum(self.shown, 1.0)
-        self.number += 1
+        newest = self.episode == self.number
+        if newest.any():
+            self.surprise[newest] *= np.float32(self.levels.night())
+            self.shown = np.minimum(self.shown, np.float32(1.0))
+            self.number += 1
 
     def see(self, pose: Pose, scan: Scan, near: float) -> None:
         super().see(pose, scan, near)
