@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import numpy as np
@@ -57,7 +58,8 @@ class Driver(Mapper):
 
     def _worth(self, pose: Pose) -> np.ndarray:
         """(rows, columns) float32: what a visit is worth, of the cells that can be reached."""
-        memory, (row, column) = self.memory, self.memory.map.cells(pose.x, pose.y)
-        near = memory.map.cells_within(pose.x, pose.y, self.camera.near + memory.cell)
+        memory = self.memory
+        row, column = (int(index) for index in memory.map.cells(pose.x, pose.y))
+        near = math.ceil(self.camera.near / memory.cell) + 1
         worth = memory.worth_of_visits() if self.surprise is Surprise.visits else memory.worth_of_surprise()
-        return worth * within_reach(memory.free, near, memory.map.known, int(row), int(column))
+        return worth * within_reach(memory.free, memory.map.known, row, column, near)

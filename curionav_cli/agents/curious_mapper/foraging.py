@@ -36,12 +36,14 @@ def best_way(lattice: Lattice, x: float, y: float, heading: int, worth: np.ndarr
     return trace(waves[:chosen[0]], chosen[1]) if best else []
 
 
-def within_reach(free: np.ndarray, near: np.ndarray, known: np.ndarray, row: int, column: int) -> np.ndarray:
+def within_reach(free: np.ndarray, known: np.ndarray, row: int, column: int, near: int) -> np.ndarray:
     """(rows, columns) bool: free cells, known or beside known ones, that hang together with (row, column).
 
     near: cells around the robot, which its camera does not see; they count as known.
     """
-    open_ = free & (cv2.dilate(known.astype(np.uint8), np.ones((3, 3), np.uint8)).astype(bool) | near)
-    open_[row, column] = True
-    _, label = cv2.connectedComponents(open_.astype(np.uint8), connectivity=8)
+    seen = cv2.dilate(known.astype(np.uint8), np.ones((3, 3), np.uint8))
+    seen[max(0, row - near):row + near + 1, max(0, column - near):column + near + 1] = 1
+    seen[~free] = 0
+    seen[row, column] = 1
+    _, label = cv2.connectedComponents(seen, connectivity=8)
     return label == label[row, column]

@@ -84,12 +84,12 @@ def saved(made: CuriousMapper, folder: Path) -> dict[str, bytes]:
 @pytest.mark.parametrize("surprise", ["measured", "shuffled", "visits"])
 def test_it_explores_and_reports(env: NavigationEnv, surprise: str) -> None:
     made, replay = agent(env, surprise=surprise), Replay()
-    actions = episodes(made, env, 2, replay, steps=300)
+    actions = episodes(made, env, 2, replay, steps=150)
     landed = np.zeros(env.scene.plan.visitable.shape, bool)
     for index in range(2):
         pose = replay.episode(index).pose
         landed[env.scene.plan.cells(pose[:, 0], pose[:, 1])] = True
-    assert (landed & env.scene.plan.visitable).sum() > 0.35 * env.scene.plan.visitable.sum()
+    assert (landed & env.scene.plan.visitable).sum() > 0.2 * env.scene.plan.visitable.sum()
     report = made.report()
     assert report["surprise_expected"] > report["surprise_usual"] > 0 and len(set(actions[1])) == 3
     assert made.learner.updates == 4 and made.learner.behaviour_updates == 0

@@ -140,7 +140,5 @@ def test_the_way_with_most_for_an_action() -> None:
 def test_what_lies_behind_a_wall_is_out_of_reach() -> None:
     free, known = np.ones((10, 20), bool), np.zeros((10, 20), bool)
     free[:, 10], known[:, 2:10] = False, True
-    near = np.zeros_like(free)
-    near[:, :3] = True
-    reach = within_reach(free, near, known, 5, 0)
+    reach = within_reach(free, known, 5, 0, near=5)
     assert reach[:, :10].all() and not reach[:, 10:].any()
