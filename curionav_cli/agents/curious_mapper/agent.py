@@ -74,10 +74,10 @@ class CuriousMapper(LBSDreamer):
         return all(bool(tensor.isfinite().all()) for tensor in outputs.values())
 
     def report(self) -> dict[str, float]:
-        """What the driver reports; in nats the usual surprise and that expected of a place not yet seen; the fading."""
+        """What the driver reports, and the Levels: surprise in nats, its fading at a night, the trust in the map."""
         levels = self.driver.memory.levels
         return {**self.driver.report(), "surprise_usual": levels.usual, "surprise_expected": levels.expected,
-                "surprise_fading": levels.fade}
+                "surprise_fading": levels.fade, "surprise_trust": levels.trust}
 
     def save(self, folder: Path) -> None:
         """Write what LBS Dreamer's checkpoint has, mapper.json and map.npz."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 KEPT = 500  # measurements of each window
+DECAY = 0.998  # of the sums over past measurements, at each new one
 MARGIN = 1.1  # of what is usual, that a place not yet seen is expected to have at least
 LEAST, MOST = 0.2, 2.0  # bounds of the fading at one night
 
@@ -12,15 +13,17 @@ LEAST, MOST = 0.2, 2.0  # bounds of the fading at one night
 class Levels:
     """The newest measurements, and those of first sights as multiples of what was usual then.
 
-    recent, first: (n,) float32, n <= KEPT, oldest first. fade: by how much a place's surprise changes when the model
-    has learned from an episode that saw it; old, new: sums of what was remembered and of what was then measured.
+    recent, first: (n,) float32, n <= KEPT, oldest first. pairs: (5,) running sums of 1, x, y, x x and x y, where x is
+    what the map remembered of a place and y what was then measured there. fade: by how much a place's surprise changes
+    when the model has learned from an episode that saw it; old, new: sums of what was remembered, and then measured.
     """
 
-    SAVED = ("recent", "first", "fading")
+    SAVED = ("recent", "first", "pairs", "fading")
 
     def __init__(self, optimism: float):
         self.optimism = optimism
         self.recent, self.first = np.zeros(0, np.float32), np.zeros(0, np.float32)
+        self.pairs = np.zeros(5)
         self.fade, self.old, self.new = 1.0, 0.0, 0.0
 
     @property
@@ -41,6 +44,22 @@ class Levels:
         """A measurement from a place where the robot had never been."""
         self.first = np.append(self.first, np.float32(surprise / max(self.usual, 1e-6)))[-KEPT:]
 
+    @property
+    def trust(self) -> float:
+        """How much of a difference on the map is found again: the slope of measured on remembered, from 0 to 1."""
+        n, x, y, xx, xy = self.pairs
+        spread = n * xx - x * x
+        return float(np.clip((n * xy - x * y) / spread, 0.0, 1.0)) if spread > 1e-9 * n * xx else 0.0
+
+    @property
+    def remembered(self) -> float:
+        """The mean of what the map remembered of the places that the robot then stood on."""
+        return float(self.pairs[1] / self.pairs[0]) if self.pairs[0] else self.usual
+
+    def found(self, remembered: float, measured: float) -> None:
+        """A view from a place of which the map remembered something."""
+        self.pairs = DECAY * self.pairs + (1.0, remembered, measured, remembered**2, remembered * measured)
+
     def met_again(self, remembered: float, measured: float) -> None:
         """Sums over places last seen in an earlier episode."""
         self.old, self.new = self.old + remembered, self.new + measured
@@ -54,9 +73,10 @@ class Levels:
 
     def save(self) -> dict[str, np.ndarray]:
         """The arrays that `load` restores."""
-        return {"recent": self.recent, "first": self.first, "fading": np.array([self.fade, self.old, self.new])}
+        return {"recent": self.recent, "first": self.first, "pairs": self.pairs,
+                "fading": np.array([self.fade, self.old, self.new])}
 
     def load(self, arrays: dict[str, np.ndarray]) -> None:
         """What `save` gave."""
-        self.recent, self.first = arrays["recent"], arrays["first"]
+        self.recent, self.first, self.pairs = arrays["recent"], arrays["first"], arrays["pairs"]
         self.fade, self.old, self.new = arrays["fading"].tolist()

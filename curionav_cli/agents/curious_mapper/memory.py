@@ -15,6 +15,7 @@ from curionav_cli.records import Pose
 from curionav_cli.robot.measurements import Scan
 
 RAYS = 4  # of the image's columns every fourth is followed
+LEAST = 0.1  # of what first sights have, that a place where the robot has not stood is worth at least
 VIEWS = 10.0  # of a cell, after which new ones count for a tenth
 
 
@@ -64,6 +65,8 @@ class SurpriseMemory(Memory):
         if self.felt is not None and self._view:
             if first:
                 self.levels.add_first(self.felt)
+            if self.shown[at]:
+                self.levels.found(float(self.surprise[at]), self.felt)
             self.enter(self.felt, *self._view)
 
     def enter(self, surprise: float, pose: Pose, scan: Scan) -> None:
@@ -86,12 +89,14 @@ class SurpriseMemory(Memory):
     def worth_of_surprise(self) -> np.ndarray:
         """(rows, columns) float32 nats above the usual that a visit is expected to bring; 0 where it was today.
 
-        A cell where the robot has stood brings what its views had. One where it has not: what first sights have, and
-        if it was seen from elsewhere, the mean of both.
+        Where the robot has stood: what is remembered. Where it has not: what first sights have, more or less by what
+        views from elsewhere had. Either difference is taken for as much as the map's differences were found again.
         """
-        usual, expected = self.levels.usual, self.levels.expected
-        known = np.maximum(self.surprise - usual, 0.0)
-        new = np.where(self.shown > 0, 0.5 * (known + expected - usual), expected - usual)
+        levels = self.levels
+        known = levels.trust * np.maximum(self.surprise - levels.usual, 0.0)
+        first = levels.expected - levels.usual
+        seen = first + levels.trust * (self.surprise - levels.remembered)
+        new = np.where(self.shown > 0, np.maximum(seen, LEAST * first), first)
         return np.where(self.today, 0.0, np.where(self.visited, known, new)).astype(np.float32)
 
     def worth_of_visits(self) -> np.ndarray:

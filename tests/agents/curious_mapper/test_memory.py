@@ -76,7 +76,8 @@ def test_what_moved_is_worth_a_visit_again() -> None:
         made.begin()
     made.visited[:] = True
     assert made.worth_of_surprise().max() < 1e-3
-    view(made, 6.0)
+    for _ in range(4):
+        view(made, 6.0)
     worth = made.worth_of_surprise()
     assert at(made, worth, 0.65) > 1.0 and at(made, worth, -0.55) < 1e-3
     assert at(made, worth, 0.05) == 0.0, "a place pays once an episode"
@@ -90,9 +91,20 @@ def test_a_new_place_is_worth_what_first_sights_were() -> None:
     assert made.levels.expected == pytest.approx(2.0 * 2.8)
     worth = made.worth_of_surprise()
     assert worth.min() == worth.max() == pytest.approx(2.0 * 1.8)
-    view(made, 2.0)
-    worth = made.worth_of_surprise()
-    assert 0.0 < at(made, worth, 0.65) < at(made, worth, -1.0), "seen from elsewhere, and dull: worth less"
+
+
+def test_a_map_whose_differences_are_not_found_again_makes_no_difference() -> None:
+    rng = np.random.default_rng(0)
+    true, idle = memory(), memory()
+    for made in (true, idle):
+        view(made, 2.0)
+        for remembered in rng.uniform(1.0, 9.0, 500):
+            made.levels.found(remembered, remembered if made is true else 9.0 - remembered)
+        made.levels.first = np.full(10, 4.0, np.float32)
+    assert (true.levels.trust, idle.levels.trust, Levels(0.9).trust) == (pytest.approx(1.0), 0.0, 0.0)
+    for made, less in ((true, True), (idle, False)):
+        worth = made.worth_of_surprise()
+        assert bool(at(made, worth, 0.65) < at(made, worth, -1.0)) is less, "seen from elsewhere, and dull"
 
 
 def test_nights_learn_how_much_surprise_is_left() -> None:
