@@ -46,23 +46,23 @@ class Levels:
 
     @property
     def trust(self) -> float:
-        """How much of a difference on the map is found again: the slope of measured on remembered, from 0 to 1."""
+        """How much of a difference on the map is found again: the slope of measured on remembered, from 0 to 1.
+
+        Within an episode successive views are alike, so that only what an earlier episode remembered is compared.
+        """
         n, x, y, xx, xy = self.pairs
         spread = n * xx - x * x
         return float(np.clip((n * xy - x * y) / spread, 0.0, 1.0)) if spread > 1e-9 * n * xx else 0.0
 
     @property
     def remembered(self) -> float:
-        """The mean of what the map remembered of the places that the robot then stood on."""
+        """The mean of what the map remembered of the places that were seen again in a later episode."""
         return float(self.pairs[1] / self.pairs[0]) if self.pairs[0] else self.usual
 
-    def found(self, remembered: float, measured: float) -> None:
-        """A view from a place of which the map remembered something."""
-        self.pairs = DECAY * self.pairs + (1.0, remembered, measured, remembered**2, remembered * measured)
-
     def met_again(self, remembered: float, measured: float) -> None:
-        """Sums over places last seen in an earlier episode."""
+        """A view of places last seen in an earlier episode: the mean of what the map remembered, and its surprise."""
         self.old, self.new = self.old + remembered, self.new + measured
+        self.pairs = DECAY * self.pairs + (1.0, remembered, measured, remembered**2, remembered * measured)
 
     def night(self) -> float:
         """The model has learned: the factor for the places of the episode before, corrected by what was met again."""

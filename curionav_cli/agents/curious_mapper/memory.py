@@ -45,13 +45,19 @@ class SurpriseMemory(Memory):
         self._view: tuple[Pose, Scan] | None = None
 
     def begin(self) -> None:
-        """An episode begins: what the last one showed has been learned since. Twice in a row changes nothing more."""
+        """An episode begins: what the last one showed has been learned since. Twice in a row changes nothing more.
+
+        What the model felt before it had learned anything, in the first episode, is forgotten.
+        """
         super().begin()
         newest = self.episode == self.number
-        if newest.any():
-            self.surprise[newest] *= np.float32(self.levels.night())
-            self.shown = np.minimum(self.shown, np.float32(1.0))
-            self.number += 1
+        if not newest.any():
+            return
+        if self.number == 1:
+            self.shown[:], self.levels = 0.0, Levels(self.levels.optimism)
+        self.surprise[newest] *= np.float32(self.levels.night())
+        self.shown = np.minimum(self.shown, np.float32(1.0))
+        self.number += 1
 
     def see(self, pose: Pose, scan: Scan, near: float) -> None:
         super().see(pose, scan, near)
@@ -65,15 +71,14 @@ class SurpriseMemory(Memory):
         if self.felt is not None and self._view:
             if first:
                 self.levels.add_first(self.felt)
-            if self.shown[at]:
-                self.levels.found(float(self.surprise[at]), self.felt)
             self.enter(self.felt, *self._view)
 
     def enter(self, surprise: float, pose: Pose, scan: Scan) -> None:
         """Ascribe a view's surprise to the cells that it shows, and to the one that it was taken from."""
         cells = self.cells_of(pose, scan)
         again = cells[(self.shown.flat[cells] > 0) & (self.episode.flat[cells] < self.number)]
-        self.levels.met_again(float(self.surprise.flat[again].sum()), surprise * len(again))
+        if len(again):
+            self.levels.met_again(float(self.surprise.flat[again].mean()), surprise)
         views = np.minimum(self.shown.flat[cells] + 1.0, VIEWS)
         self.surprise.flat[cells] += (np.float32(surprise) - self.surprise.flat[cells]) / views
         self.shown.flat[cells], self.episode.flat[cells] = views, self.number

@@ -20,8 +20,9 @@ HERE, FAR_AWAY = Pose(0.05, 0.05, 0.0), Pose(0.05, 0.05, math.pi)
 
 
 def memory(cell: float = 0.1) -> SurpriseMemory:
+    """A memory in its second episode."""
     made = SurpriseMemory(cell, reach=4.0, radius=0.15, sight=1.5, optimism=0.9)
-    made.begin()
+    made.number = 2
     return made
 
 
@@ -66,15 +67,27 @@ def test_the_mean_of_a_few_views_then_the_newest_count_more() -> None:
     assert at(made, made.surprise, 0.65) < 1.1
 
 
-def test_what_moved_is_worth_a_visit_again() -> None:
-    """Two corners are known and dull; then one of them surprises, and only that one is worth something."""
+def test_what_an_untrained_model_felt_is_forgotten() -> None:
     made = memory()
-    for _ in range(3):
-        for _ in range(8):
+    made.number = 1
+    view(made, 9.0)
+    made.begin()
+    assert not made.shown.any() and not len(made.levels.recent) and made.number == 2
+    view(made, 2.0)
+    assert at(made, made.surprise, 0.65) == 2.0 and made.levels.usual == 2.0
+
+
+def test_what_moved_is_worth_a_visit_again() -> None:
+    """Two corners are known, one duller than the other; then the dull one surprises, and is worth most."""
+    made = memory()
+    for _ in range(12):
+        for _ in range(3):
             view(made, 1.0)
-            view(made, 1.0, FAR_AWAY)
+            view(made, 2.0, FAR_AWAY)
         made.begin()
     made.visited[:] = True
+    made.levels.recent[:] = 2.0
+    assert made.levels.trust > 0.9
     assert made.worth_of_surprise().max() < 1e-3
     for _ in range(4):
         view(made, 6.0)
@@ -99,7 +112,7 @@ def test_a_map_whose_differences_are_not_found_again_makes_no_difference() -> No
     for made in (true, idle):
         view(made, 2.0)
         for remembered in rng.uniform(1.0, 9.0, 500):
-            made.levels.found(remembered, remembered if made is true else 9.0 - remembered)
+            made.levels.met_again(remembered, remembered if made is true else 9.0 - remembered)
         made.levels.first = np.full(10, 4.0, np.float32)
     assert (true.levels.trust, idle.levels.trust, Levels(0.9).trust) == (pytest.approx(1.0), 0.0, 0.0)
     for made, less in ((true, True), (idle, False)):
