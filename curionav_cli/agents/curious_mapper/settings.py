@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from enum import Enum
 
-from curionav_cli.agents.lbs_dreamer.settings import LBSDreamer
+from curionav_cli.agents.lbs_dreamer.settings import Curiosity, LBSDreamer
 from curionav_cli.bounds import bounded
 
 
@@ -21,8 +21,8 @@ class Surprise(Enum):
 class CuriousMapper(LBSDreamer):
     """Drives on a map of its own to where its world model is expected to be surprised; no privileges.
 
-    The world model and its settings are those of lbs_dreamer. There is no actor and no critic: their settings are read
-    and have no effect.
+    The world model and its settings are those of lbs_dreamer. There is no actor and no critic: their settings have no
+    effect.
     """
 
     surprise: Surprise
@@ -36,3 +36,6 @@ class CuriousMapper(LBSDreamer):
         bounded("agent", self, {"reach": (0.5, 10.0), "sight": (0.1, 10.0), "stay": (0, 10**6), "optimism": (0, 1)})
         if self.action_repeat != 1:
             raise ValueError(f"agent.action_repeat: {self.action_repeat} is not 1; a way is planned action by action")
+        if self.curiosity is not Curiosity.none:
+            raise ValueError(f"agent.curiosity: {self.curiosity.value} is not none; no reward is imagined, and "
+                             "agent.surprise is what can be chosen")
