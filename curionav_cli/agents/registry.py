@@ -10,8 +10,9 @@ from collections.abc import Callable
 from dataclasses import asdict
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from curionav_cli.agents import cbet, lbs_dreamer, mapper, settings
+from curionav_cli.agents import cbet, curious_mapper, lbs_dreamer, mapper, settings
 from curionav_cli.agents.cbet.settings import CBET, CBETLifelong
+from curionav_cli.agents.curious_mapper.settings import CuriousMapper
 from curionav_cli.agents.lbs_dreamer.settings import LBSDreamer
 from curionav_cli.agents.mapper.settings import Mapper
 from curionav_cli.agents.setup import Setup
@@ -58,6 +59,7 @@ AGENTS: dict[str, Registered] = {
     "bounce": Registered(settings.Bounce, bounce),
     "frontier": Registered(settings.Frontier, frontier),
     "mapper": Registered(Mapper, mapper.make),
+    "curious_mapper": Registered(CuriousMapper, curious_mapper.make),
     "lbs_dreamer": Registered(LBSDreamer, lbs_dreamer.make),
     "cbet": Registered(CBET, cbet.make),
     "cbet_lifelong": Registered(CBETLifelong, cbet.make),

@@ -42,6 +42,7 @@ STYLES = {
     "sticky": Look("#b7791f", "-.", "^"), "bounce": Look("#c2410c", "--", "D"),
     "frontier": Look("#15803d", (0, (1, 1)), "v"), "cbet": Look("#be185d", (0, (5, 1)), "P"),
     "cbet_lifelong": Look("#7f1d1d", (0, (3, 1, 1, 1, 1, 1)), "X"), "mapper": Look("#0f766e", (0, (6, 1, 3, 1)), "H"),
+    "curious_mapper": Look("#1e3a8a", (0, (8, 1, 2, 1)), "x"),
 }
 OTHERS = (  # for agents of other names, and for all but the first arm of one agent
     Look("#6d28d9", (0, (5, 1, 1, 1)), "<"), Look("#0e7490", (0, (2, 2)), ">"), Look("#111827", (0, (7, 2, 2, 2)), "p"),
@@ -52,6 +53,7 @@ VARIANTS = {  # of an agent's name in a label, everywhere too: which of OTHERS
     "view=ego": 1, "reward=count_oracle": 0, "reward=motion": 3, "reward=count": 5, "reward=rnd": 6, "reward=icm": 2,
     "reward=ride": 4, "curiosity=picture_count": 4, "curiosity=shuffled": 2, "curiosity=none": 6,
     "curiosity=count": 5, "curiosity=disagreement": 3, "curiosity=rnd": 0,
+    "surprise=shuffled": 2, "surprise=visits": 4,
 }
 MAXIMUM = "#b91c1c"
 VISITS = ListedColormap(matplotlib.colormaps["inferno_r"](np.linspace(0.15, 1, 256)))  # visible on white

@@ -60,6 +60,7 @@ class LBSDreamer(Agent):
     """
 
     learns = has_model = True
+    learner_class: type[Learner] = Learner
 
     def __init__(self, hyper: lbs_settings.LBSDreamer, seed: int, device: str, plan: FloorPlan,
                  compile: str = "auto"):
@@ -75,7 +76,8 @@ class LBSDreamer(Agent):
         networks = build_networks(hyper, torch.Generator().manual_seed(weights_seed), self.device)
         if mode == "fused":
             fuse_on(self.device, networks.world_model.rssm, hyper.precision)
-        self.learner = Learner(hyper, networks, torch.Generator(self.device).manual_seed(learning_seed), record)
+        generator = torch.Generator(self.device).manual_seed(learning_seed)
+        self.learner = self.learner_class(hyper, networks, generator, record)
         self.visit_counts = networks.curiosity.visit_counts(plan)
         self.policy = policy(networks, hyper)
         self.filter = record(self._filter, [])

@@ -35,8 +35,8 @@ class Memory:
     passed: np.ndarray
     closed: np.ndarray
 
-    GRIDS = ("visited", "today", "passed", "closed")
-    SAVED = (*Occupancy.SAVED, *GRIDS, "point")
+    GRIDS: tuple[str, ...] = ("visited", "today", "passed", "closed")
+    SAVED: tuple[str, ...] = (*Occupancy.SAVED, *GRIDS, "point")
 
     def __init__(self, cell: float, reach: float, radius: float):
         self.map, self.radius = Occupancy(cell, reach), radius
@@ -159,7 +159,8 @@ class Memory:
     def _grow(self) -> None:
         row, column = (round((self._corner[axis] - self.map.corner[axis]) / self.cell) for axis in (1, 0))
         for name in self.GRIDS:
-            old, new = getattr(self, name), np.zeros(self.map.odds.shape, bool)
+            old = getattr(self, name)
+            new = np.zeros(self.map.odds.shape, old.dtype)
             new[row:row + old.shape[0], column:column + old.shape[1]] = old
             setattr(self, name, new)
         self.clearance.grow((row, column), self.map.odds.shape)
