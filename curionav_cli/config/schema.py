@@ -26,8 +26,8 @@ class Device(Enum):
 
 class Compile(Enum):
     """How updates run. none: kernel by kernel; graph: as CUDA graphs; fused: with fewer kernels, which torch.compile
-    makes for CUDA graphs and numba, in float32, for a CPU. auto is fused; without a compiler graph, without numba none.
-    """
+    makes for CUDA graphs and numba, in float32, for a CPU. auto is none on a CPU; on CUDA fused, or graph without a
+    compiler."""
 
     auto = "auto"
     none = "none"

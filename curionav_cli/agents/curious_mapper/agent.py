@@ -72,7 +72,7 @@ class CuriousMapper(LBSDreamer):
         return {"deter": state.deter, "stoch": state.stoch, "surprise": surprise}
 
     def report(self) -> dict[str, float]:
-        """What the driver reports, and the Levels: surprise in nats, its fading after an episode, the trust in the map."""
+        """What the driver reports, and the Levels: surprise in nats, how it fades after episodes, trust in the map."""
         levels = self.driver.memory.levels
         return {**self.driver.report(), "surprise_usual": levels.usual, "surprise_expected": levels.expected,
                 "surprise_fading": levels.fade, "surprise_trust": levels.trust}

@@ -26,12 +26,11 @@ log = logging.getLogger("curionav")
 def compile_mode(compile: str, device: torch.device, precision: Precision = Precision.float32) -> str:
     """Resolve the setting compile to none, graph or fused. Raises ConfigError where that is not possible here.
 
-    On a CPU auto is none in bfloat16, for which nothing is fused there.
+    On a CPU auto is none: fusing pays in long runs only, and in float32 only.
     """
     on_cpu = device.type == "cpu"
     if compile == "auto":
-        fused = can_fuse(device) and not (on_cpu and precision is Precision.bfloat16)
-        compile = "fused" if fused else "none" if on_cpu else "graph"
+        compile = "none" if on_cpu else "fused" if can_fuse(device) else "graph"
         log.info("compile=auto is compile=%s here", compile)
     if on_cpu and compile == "graph":
         raise ConfigError("compile=graph needs a CUDA device, and this run computes on the CPU. "
@@ -39,6 +38,8 @@ def compile_mode(compile: str, device: torch.device, precision: Precision = Prec
     if on_cpu and compile == "fused" and not can_fuse(device):
         raise ConfigError("compile=fused on a CPU needs numba, which is not installed. "
                           "Use compile=auto, or: .venv/bin/pip install -c constraints.txt -e '.[fast]'")
+    if on_cpu and compile == "fused" and precision is Precision.bfloat16:
+        raise ConfigError("compile=fused on a CPU fuses float32 alone. Use compile=none, or agent.precision=float32.")
     return compile
 
 
@@ -59,12 +60,9 @@ def recorder(mode: str, device: torch.device) -> Record:
     return as_it_is if mode == "none" or device.type == "cpu" else partial(Recorded, cuda_graph, device)
 
 
-def fuse_on(device: torch.device, rssm: RSSM, precision: Precision) -> None:
-    """Have the steps of the RSSM run as fused kernels on its device; in bfloat16 a CPU has none."""
-    if device.type != "cpu":
-        fuse(rssm)
-    elif precision is Precision.float32:
-        fuse_rows(rssm)
+def fuse_on(device: torch.device, rssm: RSSM) -> None:
+    """Have the steps of the RSSM run as fused kernels on its device."""
+    fuse_rows(rssm) if device.type == "cpu" else fuse(rssm)
 
 
 def fuse_rows(rssm: RSSM) -> None:
