@@ -40,8 +40,9 @@ import json
 torch.set_num_threads(1)
 for folder in map(Path, sys.argv[1:]):
     numbers = json.loads((folder / "hyper.json").read_text())
-    hyper = lbs_settings.LBSDreamer(**{**numbers, "precision": lbs_settings.Precision(numbers["precision"]),
-                                       "curiosity": lbs_settings.Curiosity(numbers["curiosity"])})
+    kinds = {"precision": lbs_settings.Precision, "curiosity": lbs_settings.Curiosity,
+             "options": lbs_settings.OptionSet, "behaviour": lbs_settings.BehaviourKind}
+    hyper = lbs_settings.LBSDreamer(**{**numbers, **{key: kind(numbers[key]) for key, kind in kinds.items()}})
     agent = LBSDreamer(hyper, 5, "cpu", FloorPlan.load(folder / "plan"))
     agent.load(folder / "half")
     agent.learn(Replay.open(sorted(folder.glob("*.npz"))), 3, lambda done: None)
@@ -68,7 +69,7 @@ def begin(settings, store, plan, folder):
     """Settings, plan, episodes, and the agent after three updates and after six."""
     for name in ("half", "straight"):
         (folder / name).mkdir(parents=True)
-    numbers = {**vars(settings), "precision": settings.precision.value, "curiosity": settings.curiosity.value}
+    numbers = {key: getattr(value, "value", value) for key, value in vars(settings).items()}
     (folder / "hyper.json").write_text(json.dumps(numbers))
     plan.save(folder / "plan")
     for index, episode in enumerate(map(store.episode, range(len(store)))):
