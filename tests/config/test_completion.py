@@ -9,7 +9,6 @@ import sys
 from pathlib import Path
 
 import pytest
-from warm import Warm
 
 SCRIPT = """
 eval "$(_CURIONAV_COMPLETE=source_bash curionav)"
@@ -49,22 +48,9 @@ TYPED = {
 }
 
 
-THROUGH_BASH = ("ex", "explore env = sm", "explore agent = random env = sm", "runs --st")
-
-
-@pytest.mark.parametrize("typed", THROUGH_BASH)
+@pytest.mark.parametrize("typed", TYPED)
 def test_bash(typed: str) -> None:
     assert bash(*typed.split()) == TYPED[typed]
-
-
-@pytest.mark.parametrize("typed", [typed for typed in TYPED if typed not in THROUGH_BASH])
-def test_what_bash_asks_for(typed: str, warm: Warm, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Through the same variables, without bash itself, which starts two Pythons each time."""
-    monkeypatch.setenv("_CURIONAV_COMPLETE", "complete_bash")
-    monkeypatch.setenv("COMP_WORDS", f"curionav {typed}")
-    monkeypatch.setenv("COMP_CWORD", str(len(typed.split())))
-    answer = warm()
-    assert answer.stdout.split() == TYPED[typed], answer.stderr
 
 
 def test_a_users_directory_is_completed_too(tmp_path: Path) -> None:
