@@ -70,7 +70,8 @@ class Agent(ABC):
 
         observation: image (64, 64, 3) uint8 RGB, depth (64, 64) float32 metres.
         info: pose (x, y, yaw) in metres and radians, collided (the last forward action was cut short or cancelled),
-        episode_index (counted over the whole run, also after it was resumed).
+        episode_index (counted over the whole run, also after it was resumed); of a robot that drifts also estimate and
+        lidar (robot/env.py).
         """
 
     def predict(self, index: int, episode: Episode) -> Prediction | None:
