@@ -16,6 +16,7 @@ from entry import Cli
 from office import write_two_rooms
 
 from curionav_cli.commands import compare, coverage, doctor, init, listing, paper, resume, runs
+from curionav_cli.commands import map as map_command
 from curionav_cli.commands.arguments import one_of, sorted_out
 from curionav_cli.config import compose
 from curionav_cli.config.settings import settings_yaml
@@ -91,7 +92,8 @@ def typed(cli: Cli, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, an_episode,
         shutil.copytree(run.path, tmp_path / "outputs" / "DATE" / "SWEEP" / name)
     monkeypatch.setattr(launch, "run_plan", lambda *_: 0)
     monkeypatch.setattr(compose, "COMPOSED", 1)  # of a sweep each value once
-    for name, module in {"coverage": coverage, "compare": compare, "runs": runs, "paper": paper}.items():
+    for name, module in {"coverage": coverage, "compare": compare, "runs": runs, "paper": paper,
+                         "map": map_command}.items():
         monkeypatch.setattr(module, "run", lambda words, name=name, module=module: accepted(name, module, words))
     monkeypatch.setattr(resume, "run", resumable)
     monkeypatch.setattr(listing, "run", lambda group, config_dir: one_of("list", group, launch_groups()) and 0)
