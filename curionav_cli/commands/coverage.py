@@ -117,8 +117,7 @@ def indices(key: str, words: str | None, run: Run) -> list[int]:
 
 def draw(run: Run, folder: Path) -> list[str]:
     """Draw heatmap and curve by this rule and denominator; returns their names in the folder."""
-    share = f"{tables.percent(run.coverage.share)} of {run.coverage.total:,} {run.denominator} cells"
-    figures = {"heatmap": plots.heatmap(run.coverage, f"{run.label}\n{share}"),
+    figures = {"heatmap": plots.heatmap(run.coverage, f"{run.label}\n{plots.share_of(run, run.denominator)}"),
                "coverage": plots.curves([run], run.label)}
     names = {kind: f"{kind}_{run.rule}_{run.denominator}.png" for kind in figures}
     for kind, figure in figures.items():

@@ -29,6 +29,7 @@ from curionav_cli.config import plugins, schema, search
 from curionav_cli.config.whole_numbers import take_any_spelling
 from curionav_cli.errors import ConfigError
 from curionav_cli.files import conf_dir, place
+from curionav_cli.live import settings as live_settings
 from curionav_cli.robot import settings as robot_settings
 from curionav_cli.safe_yaml import refuse_bomb
 from curionav_cli.world import settings as world_settings
@@ -40,6 +41,7 @@ ROBOTS = {
     "ideal": robot_settings.Robot,
     "turtlebot2i": robot_settings.Turtlebot,
     "turtlebot2i_plus": robot_settings.Turtlebot,
+    "rosbridge": live_settings.Rosbridge,
 }
 
 
@@ -103,6 +105,7 @@ def register(directories: list[Path]) -> None:
     store = ConfigStore.instance()
     store.store(group="schema", name=MAIN, node=writable(schema.Config), package="_global_")
     store.store(group="schema", name="env", node=writable(world_settings.Env), package="env")
+    store.store(group="schema", name="live", node=writable(world_settings.Live), package="env")
     for name, agent in AGENTS.items():
         store.store(group="schema/agent", name=name, node=writable(agent.settings), package="agent")
     for name, node in ROBOTS.items():

@@ -105,7 +105,7 @@ def draw(run: RunFolder) -> None:
     from curionav_cli.results.runs import Run
 
     result = Run(run)
-    share = f"{tables.percent(result.coverage.share)} of {result.coverage.total:,} {result.denominator} cells"
+    share = plots.share_of(result, result.denominator)
     plots.save(plots.heatmap(result.coverage, f"{result.label}\n{share}"), run.figures / "heatmap.png")
     plots.save(plots.curves([result], result.label), run.figures / "coverage.png")
     prediction_figures.draw(result, run.figures)

@@ -33,6 +33,13 @@ def percent(share: float) -> str:
     return f"{min(share, 0.999) if share < 1 else share:.1%}"
 
 
+def covered(share: float | None, visited: int, total: int | None, what: str = "") -> str:
+    """Write a coverage as '45.4% of 449 cells', or '63 cells of an unknown number' of a real floor without a map."""
+    if share is None or total is None:
+        return f"{visited:,} cells of an unknown number"
+    return f"{percent(share)} of {total:,}{f' {what}' * bool(what)} cells"
+
+
 def written(form: str, value: Any) -> str:
     """Write a value in a column's form; shares as `percent` does."""
     return percent(value) if form == "{:.1%}" and isinstance(value, float) else form.format(value)

@@ -36,6 +36,7 @@ from curionav_cli.agents.meter import Meter, finite
 from curionav_cli.errors import RunFailed
 from curionav_cli.records import Episode
 from curionav_cli.storage.replay import Replay
+from curionav_cli.world.real_floor import RealFloor
 from curionav_cli.world.scene.scene import Scene
 
 
@@ -48,7 +49,7 @@ class CBET(Agent):
     learns = True
     on_policy = True
 
-    def __init__(self, hyper: cbet_settings.CBET, seed: int, device: str, scene: Scene, engine: str):
+    def __init__(self, hyper: cbet_settings.CBET, seed: int, device: str, scene: Scene | RealFloor, engine: str):
         super().__init__(seed)
         self.hyper, self.device, self.plan = hyper, resolve_device(device), scene.plan
         repeatable(self.device)
