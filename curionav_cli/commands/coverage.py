@@ -16,7 +16,7 @@ from curionav_cli.errors import ConfigError, RunFolderError
 from curionav_cli.execution.screen import a_console
 from curionav_cli.files import file_name, folder_for
 from curionav_cli.records import Episode
-from curionav_cli.results import film, panels, plots, tables
+from curionav_cli.results import film, panels, plots
 from curionav_cli.results.coverage import DENOMINATORS, RULES
 from curionav_cli.results.prediction import figures as prediction_figures
 from curionav_cli.results.runs import Run, distinguish

@@ -33,6 +33,13 @@ class View(Topic):
 
 
 @dataclass(frozen=True)
+class Scanner(Topic):
+    """A laser scanner. turned: degrees to the left by which its zero lies from straight ahead."""
+
+    turned: float = 0.0
+
+
+@dataclass(frozen=True)
 class Profile:
     """What a kind of robot calls its topics and actions.
 
@@ -48,7 +55,7 @@ class Profile:
     odom: Topic
     velocity: Topic
     depth: View = field(default_factory=View)
-    scan: Topic = field(default_factory=Topic)
+    scan: Scanner = field(default_factory=Scanner)
     imu: Topic = field(default_factory=Topic)
     battery: Topic = field(default_factory=Topic)
     docked: Topic = field(default_factory=Topic)
@@ -127,11 +134,6 @@ class Rosbridge(Robot):
     filter: Filter
 
     localisation = Localisation.none  # for the Localiser: scans are used for the map only
-
-    @property
-    def step(self) -> float:
-        """Seconds of one action at most."""
-        return self.move
 
     def __post_init__(self) -> None:
         bounded("robot", self, {

@@ -1,6 +1,7 @@
 """Coverage from stored poses: which cells were visited, when for the first time, and how often.
 
-On a real floor without a map there is no denominator: cells are counted, and shares are None. Else two: `visitable` (cells whose centre the robot can reach) and `floor` (every cell).
+Two denominators: `visitable` (cells whose centre the robot can reach) and `floor` (every cell). On a real floor without
+a map there is none: cells are counted, and shares are None.
 Three rules of marking a cell: `landing` (where a step ends, and the first pose; our default, and
 but for the first pose the released C-BET's rule),
 `swept` (every cell that the centre passes) and `footprint` (every cell whose centre the robot's disc
@@ -114,6 +115,12 @@ class Curve:
     found: np.ndarray
     steps: int
     total: int | None
+
+    @property
+    def cells(self) -> int:
+        """The number of cells, where it is known: comparisons refuse other runs."""
+        assert self.total is not None
+        return self.total
 
     def at(self, step: np.ndarray | int) -> np.ndarray:
         """Number of cells visited after so many steps, of the shape of `step`."""

@@ -1,4 +1,4 @@
-"""A real floor, env=live: what is known of it beforehand. It cannot be drawn, and nothing is known of what stands on it."""
+"""A real floor, env=live: what is known of it beforehand, which is little. It cannot be drawn."""
 
 from __future__ import annotations
 

@@ -96,7 +96,8 @@ class Live(Env):
         super().__post_init__()
         a_number("env.extent", self.extent, 1.0, 100.0)
         if self.map or self.size:
-            raise ValueError("env.map, env.size: a real floor has no scene. For the cells of a map: env.floor=PATH.yaml")
+            raise ValueError("env.map, env.size: a real floor has no scene. To count the cells of a map: "
+                             "env.floor=PATH.yaml")
         if self.floor and not self.start:
             raise ValueError("env.start: with env.floor, say where on that map the robot begins, "
                              "env.start=[x, y, degrees]")
