@@ -10,8 +10,8 @@ import pytest
 import curionav_cli
 
 LAYERS = (
-    "errors", "constants", "geometry", "bounds", "safe_yaml", "files", "records", "world", "robot", "storage", "agents",
-    "remote", "loop", "results", "config", "build", "execution", "commands", "app",
+    "errors", "constants", "geometry", "bounds", "safe_yaml", "files", "records", "world", "robot", "live", "storage",
+    "agents", "remote", "loop", "results", "config", "build", "execution", "commands", "app",
 )
 LENT = {"torch": ("agents",), "hydra": ("config",), "omegaconf": ("config",), "matplotlib": ("results",)}
 PACKAGE = Path(curionav_cli.__file__).parent
@@ -69,7 +69,7 @@ def test_a_heavy_library_stays_in_its_layer(library: str) -> None:
 
 
 SCHEMA = ("bounds", "world/settings", "robot/settings", "robot/docking_settings", "agents/settings",
-          "agents/lbs_dreamer/settings", "agents/cbet/settings", "remote/settings", "config/schema")
+          "live/settings", "agents/lbs_dreamer/settings", "agents/cbet/settings", "remote/settings", "config/schema")
 
 
 @pytest.mark.parametrize("module", SCHEMA)

@@ -12,6 +12,7 @@ from curionav_cli.errors import ConfigError
 from curionav_cli.execution import remote_setup
 from curionav_cli.execution.exploration import explore
 from curionav_cli.execution.launch import Request, launch
+from curionav_cli.live.settings import Rosbridge
 
 
 def run(request: Request) -> int:
@@ -28,9 +29,15 @@ def check(settings: Config) -> None:
     """Check what the schema cannot: that the scene loads and sequences fit into an episode. Raises UserError."""
     if settings.data:
         raise ConfigError("data=... is for curionav train; curionav explore records its own episodes. Leave it out.")
-    build.scene(settings)
+    build.check_reality(settings)
+    world = build.world(settings)
     build.check(settings)
+    build.refuse_privileged(settings, world)
     build.check_lengths(settings)
+    if isinstance(settings.robot, Rosbridge):
+        from curionav_cli.live.connect import refuse_unreachable
+
+        refuse_unreachable(settings.robot)
     if settings.learner is Learner.remote:
         remote_setup.check(settings)
     elif settings.storage:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import socket
 import sys
 from collections.abc import Callable
 from importlib.util import find_spec
@@ -23,6 +24,20 @@ def refuse_without_roslibpy() -> None:
                           ".venv/bin/pip install -c constraints.txt -e '.[ros]'")
 
 
+def refuse_unreachable(settings: Settings) -> None:
+    """Raises ConfigError where nothing listens at the robot's address."""
+    try:
+        socket.create_connection((settings.host, settings.port), settings.connect).close()
+    except OSError as error:
+        raise ConfigError(f"{no_answer(settings)} ({error})") from error
+
+
+def no_answer(settings: Settings) -> str:
+    """What to say where no rosbridge answers."""
+    return (f"No rosbridge server answers at ws://{settings.host}:{settings.port} within {settings.connect:g} s. Start "
+            "it on the robot (docs/robot-live.md), or say where it is: robot.host=... robot.port=...")
+
+
 def transport(settings: Settings) -> Transport:
     """Connect to the rosbridge server of the settings. Raises RunFailed where none answers."""
     refuse_without_roslibpy()
@@ -32,8 +47,7 @@ def transport(settings: Settings) -> Transport:
     try:
         return Rosbridge(host, port, settings.profile.ros, settings.connect)
     except TimeoutError as error:
-        raise RunFailed(f"No rosbridge server answers at ws://{host}:{port} within {settings.connect:g} s. Start it on "
-                        "the robot (docs/robot-live.md), or name it: robot.host=... robot.port=...") from error
+        raise RunFailed(no_answer(settings)) from error
 
 
 def live_robot(settings: Settings, floor: RealFloor, say: Callable[[str], None]) -> LiveRobot:

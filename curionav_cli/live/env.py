@@ -1,4 +1,4 @@
-"""A real robot as a Gymnasium environment: actions, observations and info of RobotEnv, and reset returns to the dock."""
+"""A real robot as a Gymnasium environment, with the actions, observations and info of RobotEnv."""
 
 from __future__ import annotations
 
@@ -110,7 +110,8 @@ class LiveRobot(gymnasium.Env[Any, Any]):
 
     def save(self, folder: Path) -> None:
         """Write where the robot was at the end of an episode, for people: `load` cannot rely on it."""
-        (folder / "robot.json").write_text(json.dumps({"episode": self.counter.episode, "pose": self.base.localiser.pose}))
+        state = {"episode": self.counter.episode, "pose": self.base.localiser.pose}
+        (folder / "robot.json").write_text(json.dumps(state))
 
     def load(self, folder: Path) -> None:
         """Continue a run. Where the robot has been since nobody knows: the next reset asks a person to put it back."""

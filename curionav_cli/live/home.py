@@ -15,6 +15,8 @@ from curionav_cli.robot.navigation import Navigator, NavStatus
 from curionav_cli.robot.occupancy import Occupancy
 
 ATTEMPTS = 2  # of the docking action, each from the staging pose
+MOVE = 0.6  # seconds that a move counts for navigation, as one of the simulated robot takes
+TOLD = 5.0  # seconds until the topic that tells follows
 BACK_OFF = 0.5  # metres back from a dock, where the base has no action for it
 
 Person = Callable[[str], None]  # asks a person to put the robot back, and returns when that is done
@@ -41,7 +43,7 @@ class Home:
         self._know_place()
 
     def come_back(self, occupancy: Occupancy, lost: str = "") -> DockReport:
-        """Return after an episode, on its map. lost: why nobody knows where the robot is, so that a person must put it back."""
+        """Return after an episode, on its map. lost: why nobody knows where the robot is; a person must put it back."""
         base, began, metres = self.base, self.clock.now(), self.base.metres
         away, share, self.map, self.tries = self._away(), base.battery.left, occupancy, 0
         recoveries: list[str] = []
@@ -68,6 +70,7 @@ class Home:
         if self.has_dock:
             self._recharge()
             self._undock()
+        base.wait_for("the camera sends nothing", base.sensors.seeing, base.settings.patience)
         base.allow_darkness(False)
 
     def docked(self) -> bool | None:
@@ -100,7 +103,7 @@ class Home:
 
     def _navigate(self, goal: Pose) -> NavStatus:
         base = self.base
-        navigator = Navigator(base, base.localiser, self.map, self.radius, base.settings.move, ticks=1)
+        navigator = Navigator(base, base.localiser, self.map, self.radius, MOVE, ticks=1)
         navigator.set_goal(goal)
         while navigator.tick() is NavStatus.driving:
             if base.hazard:
@@ -114,7 +117,7 @@ class Home:
         self.tries += 1
         base.allow_darkness(True)
         state = base.wheels.act(self.profile.dock, {}, base.settings.homing, base.pause)
-        if state is GoalState.succeeded and self.docked() is not False:
+        if state is GoalState.succeeded and self._comes_to_be(docked=True):
             return None
         base.allow_darkness(False)
         return f"action_{state.value}", f"the docking action was {state.value}" if \
@@ -128,8 +131,15 @@ class Home:
                 base.mover.turn(TURN_ANGLE, base.pause)
             return
         state = base.wheels.act(action, {}, base.settings.homing, base.pause)
-        if state is not GoalState.succeeded or self.docked():
+        if state is not GoalState.succeeded or not self._comes_to_be(docked=False):
             raise Fault(f"the robot did not leave its dock: {action.name} was {state.value}")
+
+    def _comes_to_be(self, docked: bool) -> bool:
+        """Whether the robot says within TOLD seconds that it is docked, or is not; True where nothing tells."""
+        until = self.clock.now() + TOLD
+        while self.docked() is (not docked) and self.clock.now() < until:
+            self.base.pause()
+        return self.docked() is not (not docked)
 
     def _recharge(self) -> None:
         """Wait on the dock where the battery is near the reserve."""

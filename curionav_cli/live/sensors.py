@@ -102,6 +102,10 @@ class Sensors:
         """Whether everything an observation is made of was taken at or after this time on the robot's clock."""
         return all(key in self._heard and self._heard[key].stamp >= stamp for key in SEEING if key in self.topics)
 
+    def seeing(self) -> bool:
+        """Whether everything an observation is made of arrives."""
+        return all(self.age(key) <= self.stale for key in SEEING if key in self.topics)
+
     def bumped(self) -> set[str]:
         """What was touched since this was last asked, and what still is."""
         with self._lock:

@@ -107,10 +107,10 @@ class Rosbridge(Robot):
 
     host, port: of the server. namespace: before every name of the profile. connect: seconds to wait for it. stale:
     seconds without a new image or odometry after which the robot is stopped and the episode ends. patience: seconds to
-    wait then for the robot to come back. move: seconds a move may take. max_speed (m/s), max_turn (degrees/s). geofence:
-    metres around the dock. reserve, recharge: shares of the battery; an episode ends at `reserve`, and the next one
-    begins at `recharge` where it had fallen so low. homing: seconds of a docking action. dry_run: print what would be
-    sent and send nothing. odometry, gyro, filter: the errors that the estimate of the pose reckons with.
+    wait then for the robot to come back. move: seconds of a move at most. max_speed (m/s), max_turn (degrees/s).
+    geofence: metres around the dock. reserve, recharge: shares of the battery; an episode ends at `reserve`, and the
+    next one begins at `recharge` where it had fallen so low. homing: seconds of a docking action. dry_run: print what
+    would be sent and send nothing. odometry, gyro, filter: the errors that the estimate of the pose reckons with.
     """
 
     profile: Profile

@@ -13,10 +13,15 @@ ENDED = (GoalState.succeeded, GoalState.aborted, GoalState.preempted, GoalState.
 
 
 class Goal(Protocol):
-    """A goal that was sent to an action. state: as actionlib counts it; text: what the server says to it."""
+    """A goal that was sent to an action."""
 
-    state: GoalState
-    text: str
+    @property
+    def state(self) -> GoalState:
+        """The state, as actionlib has it."""
+
+    @property
+    def text(self) -> str:
+        """What the server says to it."""
 
     def cancel(self) -> None:
         """Ask the server to stop."""
@@ -32,7 +37,7 @@ class Transport(Protocol):
         """Send a message to an advertised topic."""
 
     def subscribe(self, topic: str, kind: str, callback: Callback, newest: bool = False) -> None:
-        """Have `callback` called with each message. newest: those that the network delays are dropped for newer ones."""
+        """Have `callback` called with each message. newest: late ones may be dropped for newer ones."""
 
     def call(self, service: str, kind: str, request: Message, timeout: float) -> Message:
         """Call a service. Raises TimeoutError without an answer in `timeout` seconds."""

@@ -18,8 +18,8 @@ from curionav_cli.robot.docking.action import GoalState
 PERIOD = 0.05  # seconds between two commands; the bases stop by themselves after 0.5 s without one
 SLOW, SLOW_TURN = 0.04, math.radians(8.0)  # m/s and rad/s towards the end of a move
 GAIN = 2.0  # 1/s: speed for what is left of a move
-NEAR, NEAR_TURN = 0.01, math.radians(0.7)  # metres and radians that may be left
-SHORT = 0.05  # metres; a move that ends farther from its goal was cut short
+NEAR, NEAR_TURN = 0.005, math.radians(0.3)  # metres and radians that may be left
+SHORT, SHORT_TURN = 0.05, math.radians(3.0)  # metres and radians; a move that ends farther off was cut short
 STILL, STILL_TURN, SETTLING = 0.02, 0.05, 0.6  # m/s, rad/s, and seconds to wait for it
 QUARTER = math.pi / 4.0  # radians; longer turns have more time
 STOPS = ("bumper", "cliff", "wheel_drop", "stall")
@@ -107,7 +107,7 @@ class ByVelocity:
         left = self._drive(lambda: radians - (self.travel.turned - start), NEAR_TURN,
                            limit(self.wheels.settings, radians / QUARTER),
                            lambda rest: (0.0, eased(rest, SLOW_TURN, most)), False, pause)
-        return abs(left) > 4 * NEAR_TURN
+        return abs(left) > SHORT_TURN
 
     def _drive(self, left: Callable[[], float], near: float, seconds: float,
                command: Callable[[float], tuple[float, float]], stops: bool, pause: Pause) -> float:
