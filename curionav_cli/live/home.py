@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 
-from curionav_cli.constants import TURN_ANGLE
 from curionav_cli.live.base import LiveBase
 from curionav_cli.live.safety import Displaced, Fault
 from curionav_cli.records import DockReport, Pose
@@ -84,6 +83,7 @@ class Home:
     def _know_place(self) -> None:
         """Set the estimate to the dock, or the start."""
         self.base.follow()
+        self.base.localiser.time = -math.inf  # the base's clock may have started anew
         self.base.localiser.leave_dock(self.base.docked_pose(self.place) if self.has_dock else self.place)
 
     def _return(self, recoveries: list[str]) -> tuple[str, str]:
@@ -127,8 +127,7 @@ class Home:
         base, action = self.base, self.profile.undock
         if not action.name:
             base.mover.forward(-BACK_OFF, base.pause)
-            for _ in range(18):
-                base.mover.turn(TURN_ANGLE, base.pause)
+            base.mover.turn(math.pi, base.pause)
             return
         state = base.wheels.act(action, {}, base.settings.homing, base.pause)
         if state is not GoalState.succeeded or not self._comes_to_be(docked=False):

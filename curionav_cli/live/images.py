@@ -29,9 +29,13 @@ def picture(message: Message, kind: str, crop: float) -> np.ndarray:
 def compressed(message: Message) -> np.ndarray:
     """The RGB image of a CompressedImage: JPEG or PNG."""
     form = str(message["format"])
-    found = cv2.imdecode(np.frombuffer(raw_bytes(message["data"]), np.uint8), cv2.IMREAD_COLOR)
+    broken = f"a compressed image (format {form!r}) that is neither JPEG nor PNG, or is broken"
+    try:
+        found = cv2.imdecode(np.frombuffer(raw_bytes(message["data"]), np.uint8), cv2.IMREAD_COLOR)
+    except cv2.error as error:
+        raise MessageFault(broken) from error
     if found is None:
-        raise MessageFault(f"a compressed image (format {form!r}) that is neither JPEG nor PNG, or is broken")
+        raise MessageFault(broken)
     return cv2.cvtColor(found, cv2.COLOR_BGR2RGB)
 
 

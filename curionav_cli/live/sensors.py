@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import threading
+from collections import Counter
 from functools import partial
 from typing import NamedTuple
 
@@ -43,6 +44,7 @@ class Sensors:
         self.travel = Travel("imu" in self.topics)
         self.needed = tuple(key for key in ("odom", "imu", *SEEING) if key in self.topics)
         self.touching: dict[str, bool] = {}
+        self.received: Counter[str] = Counter()
         self._bumped: set[str] = set()
         self._heard: dict[str, Heard] = {}
         self._broken: MessageFault | None = None
@@ -60,6 +62,7 @@ class Sensors:
                 self._broken = MessageFault(f"{topic.name} ({topic.type}) sent {fault}")
 
     def _take(self, key: str, topic: Topic, message: Message) -> None:
+        self.received[key] += 1
         stamp = stamp_of(message) if key in self.needed else 0.0
         with self._lock:
             before = self._heard.get(key)
@@ -67,11 +70,17 @@ class Sensors:
                 return  # it was overtaken
             self._heard[key] = Heard(message, self.clock.now(), stamp)
         if key == "odom":
-            self.travel.add_odometry(message)
+            self._forget_older(self.travel.add_odometry(message))
         elif key == "imu":
             self.travel.add_gyro(message)
         elif key.startswith("contact"):
             self._touch(contacts.touches(message, topic.type))
+
+    def _forget_older(self, anew: bool) -> None:
+        """Forget what was seen by a clock that is no more."""
+        with self._lock:
+            for key in SEEING if anew else ():
+                self._heard.pop(key, None)
 
     def _touch(self, found: dict[str, bool]) -> None:
         with self._lock:

@@ -31,8 +31,9 @@ class Travel:
         self._jump = ""
         self._lock = threading.Lock()
 
-    def add_odometry(self, message: Message) -> None:
-        """Take an odometry message."""
+    def add_odometry(self, message: Message) -> bool:
+        """Take an odometry message; returns whether the base's clock has started anew, so that older stamps lie ahead
+        of it."""
         new = odometry(message)
         with self._lock:
             old = self.now
@@ -42,16 +43,19 @@ class Travel:
                 self._drive(old, new)
             elif new.stamp < old.stamp - RESTART:
                 self._jump = f"the odometry's clock went back by {old.stamp - new.stamp:.1f} s"
+                self.now, self._rate, self._read = new, None, (self.forward, self._heading(), new.stamp)
+                return True
+        return False
 
     def _drive(self, old: Odometry, new: Odometry) -> None:
         dx, dy, turn = new.x - old.x, new.y - old.y, wrapped(new.yaw - old.yaw)
-        seconds, way = new.stamp - old.stamp, math.hypot(dx, dy)
+        seconds, way, self.now = new.stamp - old.stamp, math.hypot(dx, dy), new
         if way > AT_ONCE + FASTEST * seconds or abs(turn) > AT_ONCE + SPIN * seconds:
             self._jump = f"the odometry jumped by {way:.2f} m and {math.degrees(turn):.0f} degrees in {seconds:.2f} s"
+            return
         heading = old.yaw + 0.5 * turn
         self.forward += dx * math.cos(heading) + dy * math.sin(heading)
         self.turned += turn
-        self.now = new
 
     def add_gyro(self, message: Message) -> None:
         """Take a message of the gyro: its rate is integrated over the time since the one before."""

@@ -25,9 +25,9 @@ def settings_of(profile: str, *words: str) -> Config:
 
 @pytest.fixture
 def robot() -> Callable[..., tuple[LiveRobot, Body]]:
-    """robot(profile, **changes): the environment and the body behind it; changes: of the settings."""
-    def make(profile: str, person: list[str] | None = None, **changes) -> tuple[LiveRobot, Body]:
-        settings = settings_of(profile)
+    """robot(kind, **changes): the environment and the body behind it; changes: of the settings."""
+    def make(kind: str, /, person: list[str] | None = None, **changes) -> tuple[LiveRobot, Body]:
+        settings = settings_of(kind)
         live = replace(settings.robot, **changes)
         body = Body(live)
         asked = person if person is not None else []

@@ -80,6 +80,10 @@ class CBET(Agent):
         self.acted.entropy.append(-sum(map(mul, policy, log_policy)))
         return action
 
+    def can_learn(self, replay: Replay) -> bool:
+        """Whether the newest episode divides into unrolls; one that a fault cut short seldom does."""
+        return len(replay.episode(-1)) % self.hyper.unroll == 0
+
     def learn(self, replay: Replay, iterations: int, tick: Callable[[int], None]) -> dict[str, float]:
         """Compute the rewards of the newest episode, then update while B unrolls wait; tick counts these updates.
 

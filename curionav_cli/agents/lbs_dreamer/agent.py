@@ -137,6 +137,10 @@ class LBSDreamer(Agent):
         rng = np.random.default_rng([self.seed, Stream.predictions, index])
         return predict_episode(self.learner.networks, episode, self.hyper.sequence_length, rng, self.device, self.every)
 
+    def can_learn(self, replay: Replay) -> bool:
+        """Whether an episode is as long as a training sequence."""
+        return replay.holds(self.hyper.sequence_length)
+
     def learn(self, replay: Replay, iterations: int, tick: Callable[[int], None]) -> dict[str, float]:
         """K updates; returns the means of their metrics, and updates and frames since the run began.
 
