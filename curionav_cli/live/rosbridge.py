@@ -6,7 +6,7 @@ import threading
 from typing import Any
 
 import roslibpy
-from roslibpy.core import GoalStatus, RosTimeoutError
+from roslibpy.core import GoalStatus, RosTimeoutError, ServiceException
 from roslibpy.ros1 import actionlib
 
 from curionav_cli.live.transport import Callback, Goal, Message
@@ -54,7 +54,7 @@ class Rosbridge:
         try:
             return dict(roslibpy.Service(self.ros, service, kind).call(roslibpy.ServiceRequest(request),
                                                                        timeout=timeout))
-        except (RosTimeoutError, roslibpy.ServiceException) as error:
+        except (RosTimeoutError, ServiceException) as error:
             raise TimeoutError(f"{service}: {error}") from error
 
     def action(self, name: str, kind: str, goal: Message) -> Goal:
