@@ -27,6 +27,8 @@ from sensor_msgs.msg import BatteryState, Image, Imu
 from test_msgs.action import Fibonacci
 
 RATE, SEEN_EVERY, TIMEOUT = 20.0, 4, 0.5  # Hz of odometry; ticks between images; s without a command until it stops
+BOXES = (((3, 3.1), (4.2, 0.1)), ((3, -3.1), (4.2, 0.1)), ((-1.2, 0), (0.1, 3.2)), ((7.2, 0), (0.1, 3.2)),
+         ((4, 1.6), (0.4, 0.3)), ((5.5, -1), (0.3, 0.5)), ((2.5, -2.2), (0.3, 0.3)))  # centre and half sizes, m
 FOV, NEAR, FAR, SIDE = 60.0, 0.05, 12.0, 64
 
 
@@ -40,13 +42,13 @@ class Robot(Node):
         pybullet.setTimeStep(1.0 / (4 * RATE))
         pybullet.loadURDF("plane.urdf")
         self.husky = pybullet.loadURDF("husky/husky.urdf", [0, 0, 0.14], [0, 0, 1, 0])
-        for at, half in (((3, 3.1), (4.2, 0.1)), ((3, -3.1), (4.2, 0.1)), ((-1.2, 0), (0.1, 3.2)), ((7.2, 0), (0.1, 3.2)),
-                         ((4, 1.6), (0.4, 0.3)), ((5.5, -1), (0.3, 0.5)), ((2.5, -2.2), (0.3, 0.3))):
+        for at, half in BOXES:
             self.box(at, half)
         self.command, self.commanded, self.silent, self.docking = (0.0, 0.0), 0.0, set(), "succeed"
         self.encoding, self.offset, self.ticks, self.last = "rgb8", 0.0, 0, (0.0, 0.0)
         group = ReentrantCallbackGroup()
-        self.out = {"image": self.create_publisher(Image, "/image", 5), "depth": self.create_publisher(Image, "/depth", 5),
+        self.out = {"image": self.create_publisher(Image, "/image", 5),
+                    "depth": self.create_publisher(Image, "/depth", 5),
                     "odom": self.create_publisher(Odometry, "/odom", 10), "imu": self.create_publisher(Imu, "/imu", 10),
                     "battery": self.create_publisher(BatteryState, "/battery_state", 5)}
         self.create_subscription(TwistStamped, "/cmd_vel", self.drive, 10)

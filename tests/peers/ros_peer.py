@@ -13,14 +13,13 @@ from pathlib import Path
 ROOT = Path(__file__).parents[2]
 VENV = ROOT / ".peers" / "venv"
 READY = ROOT / ".peers" / ".ready"
-DOMAIN = 77
 
 
 def ros_environment() -> dict[str, str]:
     """The environment of both processes: the wheels' libraries, and nothing beyond this machine."""
     packages = next(VENV.glob("lib/python3*/site-packages"))
     libraries = [VENV / "lib", *packages.glob("ros_*.libs")]
-    return {**os.environ, "ROS_DISTRO": "jazzy", "ROS_DOMAIN_ID": str(DOMAIN + os.getpid() % 100),
+    return {**os.environ, "ROS_DISTRO": "jazzy", "ROS_DOMAIN_ID": str(1 + os.getpid() % 100),
             "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST", "RMW_IMPLEMENTATION": "rmw_fastrtps_cpp",
             "AMENT_PREFIX_PATH": str(VENV), "LD_LIBRARY_PATH": ":".join(map(str, libraries))}
 
@@ -32,7 +31,7 @@ def free_port() -> int:
 
 
 class Peer:
-    """A robot and its bridge. port: of the bridge on 127.0.0.1; moves: (time, speed, rate) that the wheels were given."""
+    """A robot and its bridge. port: of the bridge on 127.0.0.1; moves: (time, speed, rate) of its wheels."""
 
     def __init__(self, folder: Path) -> None:
         self.folder, self.port, self.environment = folder, free_port(), ros_environment()
