@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import threading
+import time
 from typing import Any
 
 import roslibpy
@@ -13,6 +14,7 @@ from curionav_cli.live.transport import Callback, Goal, Message
 from curionav_cli.robot.docking.action import GoalState
 
 ASKING = 3.0  # seconds to wait for the server's own services
+CLOSING = 2.0  # seconds
 RETRY = 2.0  # seconds between two attempts to connect again, at most
 STATES_2 = {
     GoalStatus.ACCEPTED: GoalState.active, GoalStatus.EXECUTING: GoalState.active,
@@ -85,6 +87,9 @@ class Rosbridge:
         """Close the connection. The loop of roslibpy, which cannot be started twice, goes on until the process ends."""
         self.ros.factory.stopTrying()
         self.ros.close()
+        until = time.monotonic() + CLOSING  # so that the last command, to stop, is on its way
+        while self.is_alive() and time.monotonic() < until:
+            time.sleep(0.01)
 
     def _client(self, name: str, kind: str, make: Any) -> Any:
         if name not in self._clients:

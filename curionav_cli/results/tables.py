@@ -52,15 +52,14 @@ def cells(row: Row, columns: Columns = COLUMNS) -> list[str]:
 
 def meaning(rows: Sequence[Row]) -> str:
     """Name the marking rules and denominators of these rows: the line under every table."""
-    counted = sorted({(row["marking"], row["denominator"] if row["cells"] or row["visited"] is None else "")
-                      for row in rows})
-    return "; ".join(counted_by(rule, denominator) for rule, denominator in counted)
+    counted = sorted({(row["marking"], row["denominator"] if row["cells"] or row["visited"] is None else "",
+                       row.get("pose", "")) for row in rows})
+    return "; ".join(counted_by(*one) for one in counted)
 
 
-def counted_by(rule: str, denominator: str) -> str:
-    if not denominator:
-        return f"visited: marked by {rule}, by the estimated pose; how many cells there are is not known"
-    return f"visited: marked by {rule}, out of {denominator} cells"
+def counted_by(rule: str, denominator: str, pose: str = "") -> str:
+    by = f"{rule}, by the {pose} pose" if pose else rule
+    return f"visited: marked by {by}, out of {denominator or 'an unknown number of'} cells"
 
 
 def markdown(rows: Sequence[Row], columns: Columns = COLUMNS, below: str = "") -> str:

@@ -8,6 +8,7 @@ import socket
 import subprocess
 import sysconfig
 import time
+from contextlib import suppress
 from pathlib import Path
 
 ROOT = Path(__file__).parents[2]
@@ -84,3 +85,6 @@ class Peer:
                 process.send_signal(signal.SIGCONT)
                 process.kill()
             process.wait()
+        if self.robot.stdin:
+            with suppress(BrokenPipeError):
+                self.robot.stdin.close()
