@@ -131,7 +131,8 @@ class Run:
             **{key: known(sums[-1]) for key, sums in spent(metrics).items()},
             "seconds_acting": sum(row["seconds_acting"] for row in metrics),
             "seconds_learning": sum(row["seconds_learning"] for row in metrics),
-            **({"pose": "estimated"} if self.by_estimate else {}), "error": status.get("error"), "folder": str(self.folder.path),
+            **({"pose": "estimated"} if self.by_estimate else {}),
+            "error": status.get("error"), "folder": str(self.folder.path),
         }
 
     def action_mix(self) -> tuple[Counter[int], int]:

@@ -11,12 +11,14 @@ from body import Body
 from entry import Cli
 from tiny import LEARNER
 
+from curionav_cli.execution import exploration
 from curionav_cli.live import connect
 from curionav_cli.live.env import LiveRobot
 from curionav_cli.records import Episode
 from curionav_cli.storage.run_folder import RunFolder
 
 LIVE = ("env=live", "robot=rosbridge", "robot.profile=turtlebot4", "loop.steps=12")
+DRAW = exploration.draw  # which takes seconds
 SMALL = [word for word in LEARNER if not word.startswith(("env=", "loop.episodes"))]
 
 
@@ -42,6 +44,7 @@ def robots(monkeypatch: pytest.MonkeyPatch) -> Robots:
     made = Robots()
     monkeypatch.setattr(connect, "live_robot", made.live_robot)
     monkeypatch.setattr(connect, "refuse_unreachable", lambda settings: None)
+    monkeypatch.setattr(exploration, "draw", lambda run: None)
     return made
 
 
@@ -56,13 +59,15 @@ def test_the_agent_learns_on_a_real_floor(cli: Cli, robots: Robots) -> None:
     rows = run.metrics()
     assert all(row["coverage"] is None and row["visitable"] is None and row["visited"] > 0 for row in rows)
     assert all("model_loss" in row or "updates" in row for row in rows)
-    assert {path.name for path in run.figures.glob("*.png")} >= {"heatmap.png", "coverage.png"}
     assert "by the estimated pose, out of an unknown number of cells" in answer.out
     assert robots[0].link.closed and robots[0].speed == 0.0 and not robots.asked
 
 
+@pytest.mark.slow
 def test_results_say_that_there_is_no_denominator(cli: Cli, robots: Robots) -> None:
     assert cli("explore", *LIVE, "agent=bounce", "loop.episodes=1", "hydra.run.dir=run").code == 0
+    DRAW(RunFolder(Path("run")))
+    assert {path.name for path in Path("run/figures").glob("*.png")} >= {"heatmap.png", "coverage.png"}
     table = Path("run/table.md").read_text()
     assert "| - |" in table and "by the estimated pose" in table
     assert cli("coverage", "run", "out=drawn").code == 0
@@ -170,8 +175,12 @@ def test_robot_check_prints_what_to_mend(cli: Cli, robots: Robots) -> None:
     assert answer.code == 1 and "to mend" in answer.out and "MISSING" in answer.out
 
 
-def test_the_profile_is_recorded_whole(cli: Cli, robots: Robots) -> None:
-    assert cli("explore", *LIVE, "agent=bounce", "loop.episodes=1", "hydra.run.dir=run").code == 0
+@pytest.mark.slow
+def test_an_episode_of_500_steps_and_the_profile_recorded_whole(cli: Cli, robots: Robots) -> None:
+    words = [word for word in LIVE if not word.startswith("loop.")]
+    assert cli("explore", *words, "agent=bounce", "loop.episodes=1", "hydra.run.dir=run").code == 0
+    episode = Episode.load(RunFolder(Path("run")).episode_path(0))
+    assert len(episode) == 500 and episode.events == () and 0 < episode.collided.sum() < 250
     robot = RunFolder(Path("run")).settings["robot"]
     assert robot["profile"]["drive"]["name"] == "/drive_distance"
     fixed = json.loads(Path("run/fixed.json").read_text())["robot"]
