@@ -13,7 +13,8 @@ LAYERS = (
     "errors", "constants", "geometry", "bounds", "safe_yaml", "files", "records", "world", "robot", "live", "storage",
     "agents", "remote", "loop", "results", "config", "build", "execution", "commands", "app",
 )
-LENT = {"torch": ("agents",), "hydra": ("config",), "omegaconf": ("config",), "matplotlib": ("results",)}
+LENT = {"torch": ("agents",), "hydra": ("config",), "omegaconf": ("config",), "matplotlib": ("results",),
+        "roslibpy": ("live",)}
 PACKAGE = Path(curionav_cli.__file__).parent
 MODULES = sorted(path for path in PACKAGE.rglob("*.py") if path.parent != PACKAGE or path.stem[0] != "_")
 

@@ -38,6 +38,10 @@ class Scanner(Topic):
 
     turned: float = 0.0
 
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        bounded("robot.profile.scan", self, {"turned": (-360, 360)})
+
 
 @dataclass(frozen=True)
 class Profile:
