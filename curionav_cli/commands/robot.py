@@ -5,6 +5,7 @@ from __future__ import annotations
 from contextlib import closing
 
 from curionav_cli.config.compose import composed
+from curionav_cli.config.schema import Config
 from curionav_cli.errors import RunFailed
 from curionav_cli.execution.interrupts import stoppable
 from curionav_cli.execution.screen import a_console, table
@@ -17,12 +18,17 @@ from curionav_cli.world.settings import Live
 COLUMNS = (("what", "left"), ("state", "left"), ("name", "left"), ("", "left"))
 
 
+def settings_of(profile: str, words: list[str]) -> Config:
+    """The settings of a robot of this profile. Raises ConfigError."""
+    return composed("explore", "env=live", "robot=rosbridge", f"robot/profile={profile}", *words)
+
+
 def check(profile: str, words: list[str], move: bool) -> int:
     """Check the robot of a profile; words: settings, such as robot.host=... Returns 1 where something is to be mended.
 
     Raises ConfigError for a wrong setting, RunFailed where the robot does not answer.
     """
-    settings = composed("explore", "env=live", "robot=rosbridge", f"robot/profile={profile}", *words)
+    settings = settings_of(profile, words)
     assert isinstance(settings.env, Live)
     console = a_console()
     connect.refuse_unreachable(settings.robot)
