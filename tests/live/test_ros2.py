@@ -122,7 +122,7 @@ def test_the_world_model_learns_on_the_robot_which_docks_between_episodes(peer: 
 def test_check_finds_what_is_there(words, cli: Cli, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("CURIONAV_CONFIG_PATH", str(CONF))
     answer = cli("robot", "check", "peer", *words[3:], "--move")
-    assert answer.code in (0, 1) and not answer.error  # 1: a turn overshoots where this machine is too busy for odometry
+    assert answer.code in (0, 1) and not answer.error  # 1: on a busy machine odometry is rare, and a turn overshoots
     assert "MISSING" not in answer.out and "SILENT" not in answer.out and "turn left" in answer.out, answer.out
 
 
