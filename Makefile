@@ -67,7 +67,7 @@ SWEEPS = ours theirs small large
 FIGURES = figure-apartments figure-small-room figure-large-lab figure-predictions figure-best figure-scenes figure-docking
 TABLES = table-hyperparameters table-sizes table-docking
 
-.PHONY: help setup explore controls teach test clients lint clean figures cost comparison paper-vs-ours $(FIGURES) $(TABLES)
+.PHONY: help setup explore controls teach test clients ros-peer lint clean figures cost comparison paper-vs-ours $(FIGURES) $(TABLES)
 
 help:
 	@echo "make explore   set up, then run LBS Dreamer in a room, beside random and bounce"
@@ -78,6 +78,7 @@ help:
 	@echo "make comparison  ours, C-BET and the baselines: SCALE=cpu, five seeds, hours"
 	@echo "make test      set up, then run the tests, two files at a time (WORKERS=4: four)"
 	@echo "make clients   install Stable-Baselines3, torchrl and Minari too, and train with them in every world"
+	@echo "make ros-peer  install a simulated ROS 2 robot and rosbridge server, and test robot=rosbridge on them"
 	@echo "make setup     virtual environment in .venv, versions pinned by constraints.txt"
 	@echo "make lint      ruff and mypy"
 	@echo "make clean     remove .venv and caches; outputs/ stays"
@@ -174,6 +175,19 @@ test: $(READY)
 clients: $(READY)
 	.venv/bin/pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[dev,clients]'
 	.venv/bin/python -m pytest -q -m clients tests/clients
+
+# A real robot in ROS 2 that is not ours, in an environment of its own: these wheels run code in every Python they are in.
+PEERS = .peers/venv
+.peers/.ready: Makefile
+	$(PYTHON) -m venv $(PEERS)
+	$(PEERS)/bin/pip install --quiet --disable-pip-version-check ros-rclpy==9.1.2 ros-rmw-fastrtps-cpp ros-nav-msgs \
+		ros-sensor-msgs ros-geometry-msgs ros-test-msgs rosbridge-server-rs==0.1.6 pybullet==3.2.7
+	chmod +x $(PEERS)/lib/python3*/site-packages/rosbridge_server_rs/rosbridge_server_rs_*
+	ln -sf librmw_fastrtps_cpp.so $(PEERS)/lib/librmw_implementation.so
+	@touch $@
+
+ros-peer: $(READY) .peers/.ready
+	.venv/bin/python -m pytest -q -n 0 -m 'ros2 and not slow' tests/live/test_ros2.py
 
 lint: $(READY)
 	.venv/bin/ruff check .

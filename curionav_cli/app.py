@@ -141,6 +141,18 @@ def paper(words: opt.PaperWords = None, out: opt.PaperOut = None) -> None:
     command_with_words("paper", words, out=out)
 
 
+robot = typer.Typer(help="A real robot: see whether it can be driven.", no_args_is_help=True, context_settings=opt.HELP)
+app.add_typer(robot, name="robot")
+
+
+@robot.command("check")
+def robot_check(profile: opt.Profile, words: opt.RobotWords = None, move: opt.Move = False) -> None:
+    """Connect to a real robot, list what it offers and what to mend: curionav robot check turtlebot4 robot.host=..."""
+    from curionav_cli.commands import robot as command
+
+    raise typer.Exit(command.check(profile, words or [], move))
+
+
 def unwritable(error: OSError) -> str:
     """Return one line for a disk that is full or locked; raise any other error again."""
     from curionav_cli.execution.interrupts import FULL, LOCKED

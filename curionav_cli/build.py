@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import asdict, replace
+from functools import partial
 from importlib.util import find_spec
 from typing import TYPE_CHECKING
 
@@ -12,28 +13,46 @@ from curionav_cli.agents.registry import AGENTS
 from curionav_cli.agents.setup import Setup
 from curionav_cli.config.schema import Compile, Config, Device, Logger, Scale
 from curionav_cli.errors import ConfigError
+from curionav_cli.live.settings import Rosbridge
 from curionav_cli.options import chosen
 from curionav_cli.robot.settings import Turtlebot
 from curionav_cli.world.env import NavigationEnv
+from curionav_cli.world.real_floor import RealFloor
 from curionav_cli.world.scene.scene import Scene
+from curionav_cli.world.settings import Live
 
 if TYPE_CHECKING:
+    from curionav_cli.live.env import LiveRobot
     from curionav_cli.robot.env import RobotEnv
     from curionav_cli.robot.return_to_dock import Link
 
-    Environment = NavigationEnv | RobotEnv
+    Environment = NavigationEnv | RobotEnv | LiveRobot
+
+World = Scene | RealFloor
+
+
+def world(settings: Config) -> World:
+    """Build the scene, or what is known of a real floor. Raises SceneError, MapError or ConfigError."""
+    return RealFloor.of(settings.env) if isinstance(settings.env, Live) else scene(settings)
 
 
 def scene(settings: Config) -> Scene:
-    """Build the scene. Raises SceneError or MapError, and ConfigError where a map and another scene are both set."""
+    """Build the scene. Raises SceneError or MapError, and ConfigError where there is none, or a map beside another."""
+    if isinstance(settings.env, Live):
+        raise ConfigError(f"env={settings.env.name} is a real floor, of which there is no scene. Choose another env.")
     if settings.env.map and settings.env.size:
         raise ConfigError(f"env.map={settings.env.map} opens a ROS map, and env={settings.env.name} has a size of its "
                           "own. Add env=map.")
     return Scene.from_dict(asdict(settings.env), f"env/{settings.env.name}.yaml")
 
 
-def env(settings: Config, world: Scene) -> Environment:
-    """Build the environment: robot=ideal respawns at reset, the others return to their dock."""
+def env(settings: Config, world: World) -> Environment:
+    """Build the environment: robot=ideal respawns at reset, the others return to their dock. A real robot is connected
+    to; raises RunFailed where it does not answer."""
+    if isinstance(world, RealFloor):
+        from curionav_cli.live.connect import live_robot
+
+        return live_robot(settings.robot, world, partial(print, flush=True))
     return robot_env(settings, world) if isinstance(settings.robot, Turtlebot) else ideal_env(settings, world)
 
 
@@ -72,6 +91,24 @@ def check(settings: Config) -> None:
         compile_mode(settings.compile.value, resolve_device(settings.device.value))
 
 
+def check_reality(settings: Config) -> None:
+    """Refuse a real robot in a simulated world, a simulated one on a real floor, and what no robot can do there.
+
+    Raises ConfigError.
+    """
+    real, live = isinstance(settings.robot, Rosbridge), isinstance(settings.env, Live)
+    if live and not real:
+        raise ConfigError(f"env={settings.env.name} is a real floor, and robot={settings.robot.name} is simulated. "
+                          "Choose robot=rosbridge.")
+    if real and not live:
+        raise ConfigError(f"robot={settings.robot.name} is a real robot, and env={settings.env.name} is simulated. "
+                          "Choose env=live.")
+    if real:
+        from curionav_cli.live.connect import refuse_without_roslibpy
+
+        refuse_without_roslibpy()
+
+
 def check_lengths(settings: Config) -> None:
     """Refuse episodes that are too short to learn from. Raises ConfigError."""
     steps, why = settings.loop.steps, ""
@@ -89,12 +126,20 @@ def check_lengths(settings: Config) -> None:
                           f"Set agent.unroll={steps}, or another divisor of {'it' if why else 'loop.steps'}.")
 
 
-def agent(settings: Config, world: Scene) -> Agent:
-    """Build the agent; world: the scene that it acts in."""
+def agent(settings: Config, world: World) -> Agent:
+    """Build the agent; world: the scene or floor that it acts in. Raises ConfigError for one that needs a scene."""
+    refuse_privileged(settings, world)
     if getattr(settings.agent, "precision", None) is Precision.auto:
         settings = with_precision(settings, automatic(settings))
     setup = Setup(settings.seed, settings.device.value, settings.compile.value, settings.env.engine.value, world)
     return AGENTS[settings.agent.name].make(settings.agent, setup)
+
+
+def refuse_privileged(settings: Config, world: World) -> None:
+    """Raises ConfigError for an agent that needs a scene on a real floor."""
+    needs = AGENTS[settings.agent.name].privileged(settings.agent)
+    if needs and isinstance(world, RealFloor):
+        raise ConfigError(f"{needs}: env={settings.env.name} is a real floor, of which there is no scene.")
 
 
 def automatic(settings: Config) -> Precision:

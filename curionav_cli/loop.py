@@ -144,7 +144,8 @@ class LocalLearner(NoLearning):
         if prediction:
             self.watch.predicted(index, prediction)
         self.replay.add(episode)
-        metrics = self.agent.learn(self.replay, self.iterations, self.watch.learned)
+        able = self.agent.can_learn(self.replay)
+        metrics = self.agent.learn(self.replay, self.iterations, self.watch.learned) if able else {}
         return {**self.agent.report(), **metrics, **(prediction.metrics() if prediction else {})}
 
 

@@ -39,7 +39,8 @@ class FloorPlan:
     visitable, floor, solid (rows, columns) bool: cells whose centre the robot can reach; every cell of the building;
     cells covered by a wall or furniture. cell: side of a cell, radius: of the robot, metres.
     occupancy (rows, columns) int8: of a ROS map, -1 unknown, 0 free to 100 occupied; None of a scene.
-    start: where episodes begin; dock: None where the robot starts at its dock.
+    start: where episodes begin; dock: None where the robot starts at its dock. bounded: False of a real floor without
+    a map, where the cells are a frame to count in, and how many can be visited is not known.
     """
 
     visitable: np.ndarray
@@ -52,6 +53,11 @@ class FloorPlan:
     map_origin: Pose = ORIGIN  # of the lower-left corner, in the frame of a ROS map
     occupancy: np.ndarray | None = None
     dock: Pose | None = None
+    bounded: bool = True
+
+    def total(self, denominator: str = "visitable") -> int | None:
+        """The number of cells of a denominator, visitable or floor; None where it is not known."""
+        return int(getattr(self, denominator).sum()) if self.bounded else None
 
     @property
     def unknown(self) -> np.ndarray:
@@ -70,6 +76,7 @@ class FloorPlan:
         numbers = {
             "cell": self.cell, "start": list(self.start), "radius": self.radius,
             "name": self.name, "map_origin": list(self.map_origin), **({"dock": list(self.dock)} if self.dock else {}),
+            **({} if self.bounded else {"bounded": False}),
         }
         grids = {key: getattr(self, key) for key in ("visitable", "floor", "solid", "occupancy")}
         held = {key: grid for key, grid in grids.items() if grid is not None}

@@ -11,10 +11,11 @@ import curionav_cli
 
 LAYERS = (
     "errors", "constants", "geometry", "bounds", "safe_yaml", "files", "decisions", "options", "records",
-    "probe", "world", "robot", "storage", "agents", "remote", "loop", "results", "config", "build", "execution",
+    "probe", "world", "robot", "live", "storage", "agents", "remote", "loop", "results", "config", "build", "execution",
     "commands", "app",
 )
-LENT = {"torch": ("agents",), "hydra": ("config",), "omegaconf": ("config",), "matplotlib": ("results",)}
+LENT = {"torch": ("agents",), "hydra": ("config",), "omegaconf": ("config",), "matplotlib": ("results",),
+        "roslibpy": ("live",)}
 PACKAGE = Path(curionav_cli.__file__).parent
 MODULES = sorted(path for path in PACKAGE.rglob("*.py") if path.parent != PACKAGE or path.stem[0] != "_")
 
@@ -70,8 +71,8 @@ def test_a_heavy_library_stays_in_its_layer(library: str) -> None:
 
 
 SCHEMA = ("bounds", "world/settings", "robot/settings", "robot/docking_settings", "agents/settings",
-          "agents/lbs_dreamer/settings", "agents/curious_mapper/settings", "agents/cbet/settings", "remote/settings",
-          "results/settings", "config/schema")
+          "live/settings", "agents/lbs_dreamer/settings", "agents/curious_mapper/settings", "agents/cbet/settings",
+          "remote/settings", "results/settings", "config/schema")
 
 
 @pytest.mark.parametrize("module", SCHEMA)

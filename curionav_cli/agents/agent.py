@@ -88,6 +88,10 @@ class Agent(ABC):
         """
         return None
 
+    def can_learn(self, replay: Replay) -> bool:
+        """Whether the replay holds what `learn` needs: a real robot's episodes may end after a few steps."""
+        return True
+
     def learn(self, replay: Replay, iterations: int, tick: Callable[[int], None]) -> dict[str, float]:
         """Learn for K iterations on the replay; returns the metrics of this call for metrics.jsonl.
 

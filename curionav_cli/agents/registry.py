@@ -23,10 +23,14 @@ if TYPE_CHECKING:
 
 
 class Registered(NamedTuple):
-    """The dataclass of an agent's settings, and the function that makes the agent from them."""
+    """The dataclass of an agent's settings, and the function that makes the agent from them.
+
+    privileged: what of its settings needs a scene, which a real floor has not, with the cure; empty where nothing does.
+    """
 
     settings: type
     make: Callable[[Any, Setup], Agent]
+    privileged: Callable[[Any], str] = lambda own: ""
 
 
 def random(own: settings.Random, setup: Setup) -> Agent:
@@ -49,18 +53,24 @@ def bounce(own: settings.Bounce, setup: Setup) -> Agent:
 
 def frontier(own: settings.Frontier, setup: Setup) -> Agent:
     from curionav_cli.agents.frontier import Frontier
+    from curionav_cli.world.scene.scene import Scene
 
+    assert isinstance(setup.scene, Scene)  # see privileged
     return Frontier(setup.seed, setup.scene)
+
+
+def oracle(own: settings.Frontier) -> str:
+    return "agent=frontier is an oracle that is given the map. Choose agent=mapper, which draws its own"
 
 
 AGENTS: dict[str, Registered] = {
     "random": Registered(settings.Random, random),
     "sticky": Registered(settings.Sticky, sticky),
     "bounce": Registered(settings.Bounce, bounce),
-    "frontier": Registered(settings.Frontier, frontier),
+    "frontier": Registered(settings.Frontier, frontier, oracle),
     "mapper": Registered(Mapper, mapper.make),
     "curious_mapper": Registered(CuriousMapper, curious_mapper.make),
     "lbs_dreamer": Registered(LBSDreamer, lbs_dreamer.make),
-    "cbet": Registered(CBET, cbet.make),
-    "cbet_lifelong": Registered(CBETLifelong, cbet.make),
+    "cbet": Registered(CBET, cbet.make, cbet.privileged),
+    "cbet_lifelong": Registered(CBETLifelong, cbet.make, cbet.privileged),
 }

@@ -16,7 +16,7 @@ from curionav_cli.errors import ConfigError, RunFolderError
 from curionav_cli.execution.screen import a_console
 from curionav_cli.files import file_name, folder_for
 from curionav_cli.records import Episode
-from curionav_cli.results import film, panels, plots, tables
+from curionav_cli.results import film, panels, plots
 from curionav_cli.results.coverage import DENOMINATORS, RULES
 from curionav_cli.results.prediction import figures as prediction_figures
 from curionav_cli.results.probing import figures as probe_figures
@@ -118,8 +118,7 @@ def indices(key: str, words: str | None, run: Run) -> list[int]:
 
 def draw(run: Run, folder: Path) -> list[str]:
     """Draw heatmap and curve by this rule and denominator; returns their names in the folder."""
-    share = f"{tables.percent(run.coverage.share)} of {run.coverage.total:,} {run.denominator} cells"
-    figures = {"heatmap": plots.heatmap(run.coverage, f"{run.label}\n{share}"),
+    figures = {"heatmap": plots.heatmap(run.coverage, f"{run.label}\n{plots.share_of(run, run.denominator)}"),
                "coverage": plots.curves([run], run.label)}
     names = {kind: f"{kind}_{run.rule}_{run.denominator}.png" for kind in figures}
     for kind, figure in figures.items():

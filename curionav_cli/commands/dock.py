@@ -22,6 +22,7 @@ from curionav_cli.execution.docking_trial import DockingTrial, draw
 from curionav_cli.execution.launch import Request, launch
 from curionav_cli.execution.lifecycle import run_task
 from curionav_cli.execution.screen import a_console
+from curionav_cli.live.settings import Rosbridge
 from curionav_cli.robot.settings import Turtlebot
 from curionav_cli.storage.run_folder import RunFolder
 
@@ -43,6 +44,9 @@ def work(settings: Config, folder: Path) -> dict[str, Any]:
 
 def check(settings: Config) -> None:
     """Check that the robot docks and that the scene loads. Raises UserError."""
+    if isinstance(settings.robot, Rosbridge):
+        raise ConfigError("curionav dock is a trial in simulation. A real robot docks between its episodes: "
+                          "curionav explore env=live robot=rosbridge")
     if not isinstance(settings.robot, Turtlebot):
         raise ConfigError(f"robot={settings.robot.name} respawns at its start and never docks. "
                           "Choose robot=turtlebot2i.")

@@ -13,6 +13,7 @@ from curionav_cli.execution import remote_setup
 from curionav_cli.execution.exploration import explore
 from curionav_cli.execution.launch import Request, launch
 from curionav_cli.execution.probing import refuse_of_robot
+from curionav_cli.live.settings import Rosbridge
 
 
 def run(request: Request) -> int:
@@ -31,9 +32,15 @@ def check(settings: Config) -> None:
         raise ConfigError("data=... is for curionav train; curionav explore records its own episodes. Leave it out.")
     if settings.weights:
         raise ConfigError("weights=... is for curionav evaluate, which does not learn. Leave it out.")
-    build.scene(settings)
+    build.check_reality(settings)
+    world = build.world(settings)
     build.check(settings)
+    build.refuse_privileged(settings, world)
     build.check_lengths(settings)
+    if isinstance(settings.robot, Rosbridge):
+        from curionav_cli.live.connect import refuse_unreachable
+
+        refuse_unreachable(settings.robot)
     if settings.learner is Learner.remote:
         refuse_of_robot(settings)
         remote_setup.check(settings)

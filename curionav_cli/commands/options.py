@@ -86,6 +86,11 @@ PaperWords = Annotated[list[str] | None, folders(
     "server; numbers: every number of the paper beside ours, from these runs.")]
 PaperOut = Annotated[str | None, option("paper", "out", f"{OUT} Default: the current one.")]
 
+Profile = Annotated[str, typer.Argument(metavar="PROFILE", help="turtlebot2i, turtlebot3, turtlebot4, or your own.")]
+RobotWords = Annotated[list[str] | None, typer.Argument(
+    metavar="SETTING=VALUE", show_default=False, help="As in robot.host=192.168.1.20 robot.namespace=robot1.")]
+Move = Annotated[bool, typer.Option("--move", help="Also turn 10 degrees to both sides and drive 0.25 m ahead.")]
+
 NewFolder = Annotated[Path, typer.Argument(metavar="DIR", help="The directory to make or to add to.")]
 Group = Annotated[str | None, typer.Argument(
     metavar="GROUP", show_default=False, help="One of agent, env, experiment, launcher, robot, scale.")]

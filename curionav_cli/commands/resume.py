@@ -23,6 +23,7 @@ from curionav_cli.config.settings import read_settings
 from curionav_cli.errors import ConfigError, RunFailed, RunFolderError, SceneError, Terminated, UserError
 from curionav_cli.execution.launch import INTERRUPTED, Request, state
 from curionav_cli.files import place, read_json
+from curionav_cli.live.settings import LINK
 from curionav_cli.remote.settings import Remote
 from curionav_cli.storage.run_folder import RunFolder
 
@@ -33,7 +34,9 @@ BEGUN = Path(".hydra", "hydra.yaml")  # the first file that Hydra writes
 LONGER = "hydra.sweeper.n_trials"  # of a search, whose runs must stay equally long to be compared
 PINNED = ("hydra.sweep.dir", "hydra.run.dir", "hydra.mode")
 STORAGE = ("storage", *(f"remote.{field.name}" for field in fields(Remote)))  # where the storage is, and how it is used
-MAY_CHANGE = {"explore": ("loop.episodes", *ANY, *STORAGE), "train": ("loop.iterations", "data", *ANY, *STORAGE),
+ROBOT = tuple(f"robot.{name}" for name in LINK)  # of a real one
+MAY_CHANGE = {"explore": ("loop.episodes", *ANY, "env.floor", *ROBOT, *STORAGE),
+              "train": ("loop.iterations", "data", *ANY, *STORAGE),
               "dock": ("dock.requests", *ANY), "evaluate": ("loop.episodes", "weights", *ANY)}
 COMMANDS = {"explore": explore, "train": train, "dock": dock, "evaluate": evaluate}
 

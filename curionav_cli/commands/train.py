@@ -55,7 +55,7 @@ def check(settings: Config) -> None:
     if recorded_in and settings.env.name not in recorded_in:
         raise ConfigError(f"data: {data} was recorded in {recorded_in[0]}, not in {settings.env.name}. "
                           f"Add env={recorded_in[0]}.")
-    agent = build.agent(settings, build.scene(settings))
+    agent = build.agent(settings, build.world(settings))
     if not agent.learns or agent.on_policy:
         why = "learns only from the episode it has just run" if agent.learns else "does not learn"
         raise ConfigError(f"agent={settings.agent.name} {why}, so stored episodes cannot train it. "

@@ -6,6 +6,7 @@ import re
 import shlex
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 from hydra._internal.hydra import Hydra
 from hydra.core.override_parser.overrides_parser import OverridesParser
@@ -15,13 +16,21 @@ from curionav_cli.config import catalogue
 from curionav_cli.config.schema import Config
 from curionav_cli.files import place
 
-SETTINGS = ("env.map", "env.overlay", "data", "weights", "storage", "hydra.run.dir", "hydra.sweep.dir")
+SETTINGS = ("env.map", "env.overlay", "env.floor", "data", "weights", "storage", "hydra.run.dir", "hydra.sweep.dir")
 
 
 def as_typed(hydra: Hydra, word: str) -> str:
     """The word for Hydra, quoted where Hydra would misread it: a path, or an option of a group such as env=büro."""
     key, _, text = word.partition("=")
+    key = of_group(hydra, key)
+    word = f"{key}={text}" if "=" in word else word
     return f"{key}={quoted(text)}" if misread(hydra, word, key.lstrip("+"), text) else word
+
+
+def of_group(hydra: Hydra, key: str) -> str:
+    """The key as Hydra has it: a group within a group may be written as a setting, robot.profile as robot/profile."""
+    within = key.replace(".", "/")
+    return within if within != key and catalogue.options_of(hydra, within) else key
 
 
 def misread(hydra: Hydra, word: str, key: str, text: str) -> bool:
@@ -54,5 +63,7 @@ def rooted(settings: Config, start: Path) -> Config:
     """The settings with absolute paths, relative ones taken from the folder `start`, so that any folder can resume."""
     def absolute(path: str | None) -> str | None:
         return str((start / place(path)).resolve()) if path else None
-    env = replace(settings.env, map=absolute(settings.env.map), overlay=absolute(settings.env.overlay))
+    files: dict[str, Any] = {name: absolute(getattr(settings.env, name)) for name in ("map", "overlay", "floor")
+             if hasattr(settings.env, name)}
+    env = replace(settings.env, **files)
     return replace(settings, env=env, data=absolute(settings.data), weights=absolute(settings.weights))

@@ -18,6 +18,7 @@ from curionav_cli.config.sources import MAIN, ROBOTS, conf_dir, writable
 from curionav_cli.config.suggestions import in_words, type_of
 from curionav_cli.errors import ConfigError, RunFolderError
 from curionav_cli.safe_yaml import refuse_bomb
+from curionav_cli.world.settings import Live
 
 
 def as_settings(config: DictConfig, start: Path | None = None) -> Config:
@@ -65,6 +66,8 @@ def read_settings(path: Path, changes: Sequence[str] = ()) -> Config:
         node.merge_with(newer())
         node["agent"] = writable(AGENTS[recorded.agent.name].settings)
         node["robot"] = writable(ROBOTS[recorded.robot.name])
+        if "floor" in recorded.env:
+            node["env"] = writable(Live)
         node.merge_with({"agent": OLDER.get(recorded.agent.name, {})}, recorded)
         settings = as_settings(node)
     except OSError as error:

@@ -32,6 +32,7 @@ from curionav_cli.config.loader import Loader
 from curionav_cli.config.whole_numbers import take_any_spelling
 from curionav_cli.errors import ConfigError
 from curionav_cli.files import conf_dir, place
+from curionav_cli.live import settings as live_settings
 from curionav_cli.robot import settings as robot_settings
 from curionav_cli.safe_yaml import refuse_bomb
 from curionav_cli.world import settings as world_settings
@@ -43,6 +44,7 @@ ROBOTS = {
     "ideal": robot_settings.Robot,
     "turtlebot2i": robot_settings.Turtlebot,
     "turtlebot2i_plus": robot_settings.Turtlebot,
+    "rosbridge": live_settings.Rosbridge,
 }
 
 
@@ -106,6 +108,7 @@ def register(directories: list[Path]) -> None:
     Plugins.instance().register(UserDirectories)
     register_schema("schema", MAIN, schema.Config, "_global_")
     register_schema("schema", "env", world_settings.Env, "env")
+    register_schema("schema", "live", world_settings.Live, "env")
     for name, agent in AGENTS.items():
         register_schema("schema/agent", name, agent.settings, "agent")
     for name, node in ROBOTS.items():

@@ -42,7 +42,7 @@ class Exploration:
     def __init__(self, settings: Config, folder: Path, drawn: bool = True):
         self.settings, self.run, self.total = settings, RunFolder(folder), settings.loop.episodes
         self.drawn = drawn
-        self.world = build.scene(settings)
+        self.world = build.world(settings)
         self.fixed = fixed_settings(settings, self.world.plan, loop=("steps", "iterations"))
         self.shared = {key: value for key, value in self.fixed.items() if key != "robot"}  # with a server
         self.shared["agent"] = {key: value for key, value in self.fixed["agent"].items() if key != "precision"}
@@ -81,8 +81,7 @@ class Exploration:
         memory = loop.replay_memory * 1e9
         with closing(Replay.open(stored, memory=memory, folder=run.path, every=agent.every)) as replay, \
                 closing(LOGGERS[self.settings.logger.value](run)) as logger, \
-                closing(line(label, first, loop.episodes)) as progress:
-            env = self.env(first)
+                closing(line(label, first, loop.episodes)) as progress, closing(self.env(first)) as env:
             recorder = Recorder(run, env, agent, None if self.remote else replay, self.fixed, logger,
                                 prober(self.settings, self.fixed, self.world, agent, run.path),
                                 coverage, ExploreProgress(progress, loop))
@@ -108,7 +107,7 @@ def draw(run: RunFolder) -> None:
     from curionav_cli.results.runs import Run
 
     result = Run(run)
-    share = f"{tables.percent(result.coverage.share)} of {result.coverage.total:,} {result.denominator} cells"
+    share = plots.share_of(result, result.denominator)
     plots.save(plots.heatmap(result.coverage, f"{result.label}\n{share}"), run.figures / "heatmap.png")
     plots.save(plots.curves([result], result.label), run.figures / "coverage.png")
     prediction_figures.draw(result, run.figures)

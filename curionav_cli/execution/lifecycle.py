@@ -17,9 +17,12 @@ from curionav_cli.execution import precision
 from curionav_cli.execution.interrupts import ended, stoppable
 from curionav_cli.execution.progress import say
 from curionav_cli.files import read_json
+from curionav_cli.live.settings import LINK
 from curionav_cli.records import FloorPlan
 from curionav_cli.storage import checkpoint, provenance
 from curionav_cli.storage.run_folder import RunFolder
+
+FILES = ("map", "overlay", "floor")  # of env; they may move
 
 
 class Task(Protocol):
@@ -117,7 +120,8 @@ def fixed_settings(settings: Config, plan: FloorPlan, loop: Sequence[str] = ()) 
     """The settings that may not change when a run is resumed. Files may move: their content is compared."""
     plain = yaml.safe_load(settings_yaml(settings))
     fixed = {key: plain[key] for key in ("env", "agent", "robot", "seed")}
-    fixed["env"] = {key: value for key, value in plain["env"].items() if key not in ("map", "overlay")}
+    fixed["env"] = {key: value for key, value in plain["env"].items() if key not in FILES}
+    fixed["robot"] = {key: value for key, value in plain["robot"].items() if key not in LINK}
     fixed["loop"] = {key: plain["loop"][key] for key in loop}
     fixed["visitable cells (sha256)"] = hashlib.sha256(plan.visitable.tobytes()).hexdigest()
     if settings.env.overlay:

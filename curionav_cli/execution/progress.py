@@ -87,6 +87,11 @@ def say(text: str) -> None:
         print(text, flush=True)
 
 
+def reached(coverage: float | None, visited: int, total: int | None) -> str:
+    """The coverage in words; on a real floor without a map, the number of cells."""
+    return f"{visited} cells visited" if coverage is None else f"coverage {percent(coverage)} ({visited}/{total})"
+
+
 def duration(seconds: float) -> str:
     """A time in words, '3 h 07 min' or '2 min 05 s', to the nearest second."""
     whole = round(seconds)
@@ -109,11 +114,11 @@ class ExploreProgress:
     def learned(self, iteration: int) -> None:
         self.show(self.loop.steps, f"learning {iteration}/{self.loop.iterations}")
 
-    def episode_done(self, coverage: float, visited: int, total: int) -> None:
+    def episode_done(self, coverage: float | None, visited: int, total: int | None) -> None:
         """Show that an episode and its learning are done."""
-        episode, self.coverage = self.line.done + 1, f"coverage {percent(coverage)}"
+        episode, self.coverage = self.line.done + 1, reached(coverage, visited, total).partition(" (")[0]
         self.line.finished(episode, f"episode {episode}/{self.loop.episodes}, {episode * self.loop.steps} steps, "
-                                    f"{self.rate:.0f} steps/s, {self.coverage} ({visited}/{total})")
+                                    f"{self.rate:.0f} steps/s, {reached(coverage, visited, total)}")
         self.began = time.perf_counter()
         self.show(0, "done")
 
@@ -136,10 +141,10 @@ class ServeProgress:
     def learned(self, iteration: int) -> None:
         """Do nothing: the line is printed after the last iteration."""
 
-    def episode_done(self, coverage: float, visited: int, total: int) -> None:
+    def episode_done(self, coverage: float | None, visited: int, total: int | None) -> None:
         """Print a line for an episode that was learned from."""
         self.done += 1
-        print(f"{self.done} episode{'s' * (self.done != 1)} learned, coverage {percent(coverage)} ({visited}/{total})",
+        print(f"{self.done} episode{'s' * (self.done != 1)} learned, {reached(coverage, visited, total)}",
               flush=True)
 
 

@@ -63,7 +63,7 @@ class Recorder(Keeper, Callbacks):
         if self.env:
             self.env.save(folder)
 
-    def counts(self) -> dict[str, float]:
+    def counts(self) -> dict[str, float | None]:
         """Steps and coverage of the run so far."""
         return {"steps": self.coverage.steps, "visited": self.coverage.visited,
                 "visitable": self.coverage.total, "coverage": self.coverage.share}

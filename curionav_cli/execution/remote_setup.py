@@ -63,7 +63,7 @@ def refuse_undelivered(run: RunFolder) -> None:
 def check(settings: Config) -> None:
     """Check that the storage opens and that a server can train the agent. Raises ConfigError."""
     opened(settings)
-    agent = build.agent(settings, build.scene(settings))
+    agent = build.agent(settings, build.world(settings))
     if not agent.learns or agent.on_policy:
         why = "learns only from the episode it has just run" if agent.learns else "does not learn"
         raise ConfigError(f"agent={settings.agent.name} {why}, so no server can learn for it. "

@@ -102,7 +102,7 @@ def progress(row: dict[str, Any]) -> str:
 
 
 def coverage(row: dict[str, Any]) -> str:
-    return percent(row["coverage"]) if "coverage" in row else ""
+    return percent(row["coverage"]) if row.get("coverage") is not None else ""
 
 
 @contextmanager

@@ -41,7 +41,7 @@ class Training:
 
     def __init__(self, settings: Config, folder: Path):
         self.settings, self.run, self.total = settings, RunFolder(folder), settings.loop.iterations
-        self.data, self.world = Path(settings.data or ""), build.scene(settings)
+        self.data, self.world = Path(settings.data or ""), build.world(settings)
         begun = read_json(folder / "fixed.json") if self.run.config.is_file() else {}
         names = list(begun.get("episodes", ())) or episodes.names(self.data)
         self.fixed = fixed_settings(settings, self.world.plan)

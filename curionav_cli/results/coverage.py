@@ -1,6 +1,7 @@
 """Coverage from stored poses: which cells were visited, when for the first time, and how often.
 
-Two denominators: `visitable` (cells whose centre the robot can reach) and `floor` (every cell).
+Two denominators: `visitable` (cells whose centre the robot can reach) and `floor` (every cell). On a real floor without
+a map there is none: cells are counted, and shares are None.
 Three rules of marking a cell: `landing` (where a step ends, and the first pose; our default, and
 but for the first pose the released C-BET's rule),
 `swept` (every cell that the centre passes) and `footprint` (every cell whose centre the robot's disc
@@ -94,12 +95,14 @@ class Coverage:
         return int((self.visits > 0).sum())
 
     @property
-    def total(self) -> int:
-        return int(self.counted.sum())
+    def total(self) -> int | None:
+        """The number of cells of the denominator; None on a real floor without a map."""
+        return self.plan.total(self.denominator)
 
     @property
-    def share(self) -> float:
-        return self.visited / self.total
+    def share(self) -> float | None:
+        """The share of them that was visited; None where their number is not known."""
+        return self.visited / self.total if self.total else None
 
     def curve(self) -> Curve:
         return Curve(np.concatenate([[], *self.first]).astype(np.int64), self.steps, self.total)
@@ -107,11 +110,17 @@ class Coverage:
 
 @dataclass(frozen=True)
 class Curve:
-    """When each new cell was found. found: (visited,) sorted steps; steps: of the whole run; total: cells."""
+    """When each new cell was found. found: (visited,) sorted steps; steps: of the whole run; total: cells, or None."""
 
     found: np.ndarray
     steps: int
-    total: int
+    total: int | None
+
+    @property
+    def cells(self) -> int:
+        """The number of cells, where it is known: comparisons refuse other runs."""
+        assert self.total is not None
+        return self.total
 
     def at(self, step: np.ndarray | int) -> np.ndarray:
         """Number of cells visited after so many steps, of the shape of `step`."""
@@ -121,14 +130,19 @@ class Curve:
         """The curve of the first `steps` steps."""
         return Curve(self.found[:self.at(steps)], min(steps, self.steps), self.total)
 
-    def area(self) -> float:
-        """Mean share of the cells over the run: the area under the coverage curve, between 0 and 1."""
+    def area(self) -> float | None:
+        """Mean share of the cells over the run: the area under the coverage curve, between 0 and 1; None where their
+        number is not known."""
+        if self.total is None:
+            return None
         if not self.steps:
             return 0.0
         return float((self.steps - self.found).clip(0).sum() / (self.steps * self.total))
 
     def steps_to(self, share: float) -> int | None:
-        """Steps until this share of the cells was visited; None if it never was."""
+        """Steps until this share of the cells was visited; None if it never was, or their number is not known."""
+        if self.total is None:
+            return None
         needed = int(np.ceil(share * self.total))
         return int(self.found[needed - 1]) if 0 < needed <= len(self.found) else None
 

@@ -69,7 +69,7 @@ def noted(run: RunFolder, plan: FloorPlan, rows: Sequence[dict[str, Any]]) -> Re
             if (row["episode"], row["visited"]) != (index, len(found)):
                 return None
         ends = [0, *(row["steps"] for row in rows)]
-        curve = Curve(np.array(found, np.int64), ends[-1], int(plan.visitable.sum()))
+        curve = Curve(np.array(found, np.int64), ends[-1], plan.total())
         sound = (np.diff([0, *found, ends[-1]]) >= 0).all() and (np.diff(ends) > 0).all()
     except (LookupError, TypeError, ValueError, OverflowError):
         return None

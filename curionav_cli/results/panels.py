@@ -31,8 +31,9 @@ def beside(runs: Sequence[Run]) -> Figure:
                                int(plots.blocks(runs[0].coverage).max()))
     plots.add_scale(figure, [left], image, runs[0].coverage)
     for letter, axes, run in zip("bcdefgh", rest, runs):
-        plots.draw_curves(axes, [run], wrapped(f"{letter}  {run.agent}, seed {run.seed}: {percent(run.coverage.share)}",
-                                               2.9))
+        share = run.coverage.share
+        reached = plots.share_of(run) if share is None else percent(share)
+        plots.draw_curves(axes, [run], wrapped(f"{letter}  {run.agent}, seed {run.seed}: {reached}", 2.9))
     return figure
 
 
@@ -43,7 +44,7 @@ def card(run: Run, others: Sequence[Run]) -> Figure:
     wide, _ = floor_plans.figure_size(run.plan, 1.6, 0.4)
     left, right = above.subplots(1, 2, width_ratios=(1.0 + wide, 3.2))
     coverage = run.coverage
-    title = f"{run.label}\n{coverage.steps:,} steps, {percent(coverage.share)} of {coverage.total:,} cells"
+    title = f"{run.label}\n{coverage.steps:,} steps, {plots.share_of(run)}"
     image = plots.draw_heatmap(left, coverage, wrapped(title, 1.8 + wide), int(plots.blocks(coverage).max()))
     plots.add_scale(above, [left], image, coverage)
     plots.draw_curves(right, [run, *others], "cells visited")

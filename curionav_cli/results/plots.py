@@ -25,7 +25,7 @@ from curionav_cli.results import floor_plans
 from curionav_cli.results.coverage import Coverage
 from curionav_cli.results.lettering import LINE, columns_for, settle, wrapped
 from curionav_cli.results.runs import Run
-from curionav_cli.results.tables import percent
+from curionav_cli.results.tables import covered
 
 
 class Look(NamedTuple):
@@ -111,8 +111,7 @@ def heatmaps(runs: Sequence[Run]) -> Figure:
     down = -(-len(runs) // across)
     wide, high = floor_plans.figure_size(runs[0].plan, 3.4, 1.6)
     width = 0.6 + wide
-    names = [wrapped(f"{run.agent}, seed {run.seed}\n{percent(run.coverage.share)} of {run.coverage.total:,} cells",
-                     width) for run in runs]
+    names = [wrapped(f"{run.agent}, seed {run.seed}\n{share_of(run)}", width) for run in runs]
     height = 0.65 + 0.15 * max(1 + name.count("\n") for name in names) + high
     figure = Figure((width * across + 0.9, height * down), layout="constrained")
     all_axes = list(figure.subplots(down, across, squeeze=False).flat)
@@ -192,13 +191,25 @@ def draw_curves(axes: Axes, runs: Sequence[Run], title: str) -> None:
         axes.plot(steps, run.curve.at(steps), color=colour, linestyle=dashes, linewidth=1.6,
                   label=None if run.agent in named else wrapped(run.agent, 5.0))
         named.add(run.agent)
-    total = max(run.coverage.total for run in runs)
-    axes.axhline(total, color=MAXIMUM, linestyle=":", linewidth=1.4)
-    axes.annotate(f"{total:,} {runs[0].denominator} cells", (0.01, total), xycoords=("axes fraction", "data"),
-                  xytext=(0, -11), textcoords="offset points", color=MAXIMUM)
-    axes.set(title=title, xlabel="steps", ylabel=f"visited cells ({runs[0].rule})", ylim=(0, total * 1.04),
+    axes.set(title=title, xlabel="steps", ylabel=f"visited cells ({runs[0].rule})",
              xlim=(0, max(run.curve.steps for run in runs)))
     axes.xaxis.set_major_formatter(EngFormatter(sep=""))
-    percent = 100 / total
-    share = axes.secondary_yaxis("right", functions=(partial(np.multiply, percent), partial(np.multiply, 1 / percent)))
-    share.set_ylabel(f"share of {runs[0].denominator} cells (%)")
+    totals = [run.coverage.total for run in runs if run.coverage.total]
+    if totals:
+        draw_total(axes, max(totals), runs[0].denominator)
+
+
+def share_of(run: Run, what: str = "") -> str:
+    """The coverage of a run in words."""
+    return covered(run.coverage.share, run.coverage.visited, run.coverage.total, what)
+
+
+def draw_total(axes: Axes, total: int, denominator: str) -> None:
+    """Draw the number of cells, and a scale of shares of it on the right."""
+    axes.axhline(total, color=MAXIMUM, linestyle=":", linewidth=1.4)
+    axes.annotate(f"{total:,} {denominator} cells", (0.01, total), xycoords=("axes fraction", "data"),
+                  xytext=(0, -11), textcoords="offset points", color=MAXIMUM)
+    axes.set(ylim=(0, total * 1.04))
+    scale = 100 / total
+    share = axes.secondary_yaxis("right", functions=(partial(np.multiply, scale), partial(np.multiply, 1 / scale)))
+    share.set_ylabel(f"share of {denominator} cells (%)")

@@ -77,6 +77,11 @@ class Run:
     def label(self) -> str:
         return f"{self.env}, {self.agent}, seed {self.seed}"
 
+    @property
+    def by_estimate(self) -> bool:
+        """Whether its poses are estimated: those of a real robot are, as nothing measures the true ones."""
+        return "floor" in self.config["env"]
+
     @cached_property
     def plan(self) -> FloorPlan:
         return self.folder.plan
@@ -127,6 +132,7 @@ class Run:
             **{key: known(sums[-1]) for key, sums in spent(metrics).items()},
             "seconds_acting": sum(row["seconds_acting"] for row in metrics),
             "seconds_learning": sum(row["seconds_learning"] for row in metrics),
+            **({"pose": "estimated"} if self.by_estimate else {}),
             "error": status.get("error"), "folder": str(self.folder.path),
         }
 

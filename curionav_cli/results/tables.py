@@ -41,6 +41,13 @@ def percent(share: float) -> str:
     return f"{min(share, 0.999) if share < 1 else share:.1%}"
 
 
+def covered(share: float | None, visited: int, total: int | None, what: str = "") -> str:
+    """Write a coverage as '45.4% of 449 cells', or '63 cells of an unknown number' of a real floor without a map."""
+    if share is None or total is None:
+        return f"{visited:,} cells of an unknown number"
+    return f"{percent(share)} of {total:,}{f' {what}' * bool(what)} cells"
+
+
 def written(form: str, value: Any) -> str:
     """Write a value in a column's form; shares as `percent` does."""
     return percent(value) if form == "{:.1%}" and isinstance(value, float) else form.format(value)
@@ -53,12 +60,14 @@ def cells(row: Row, columns: Columns = COLUMNS) -> list[str]:
 
 def meaning(rows: Sequence[Row]) -> str:
     """Name the marking rules and denominators of these rows: the line under every table."""
-    counted = sorted({(row["marking"], row["denominator"]) for row in rows})
-    return "; ".join(counted_by(rule, denominator) for rule, denominator in counted)
+    counted = sorted({(row["marking"], row["denominator"] if row["cells"] or row["visited"] is None else "",
+                       row.get("pose", "")) for row in rows})
+    return "; ".join(counted_by(*one) for one in counted)
 
 
-def counted_by(rule: str, denominator: str) -> str:
-    return f"visited: marked by {rule}, out of {denominator} cells"
+def counted_by(rule: str, denominator: str, pose: str = "") -> str:
+    by = f"{rule}, by the {pose} pose" if pose else rule
+    return f"visited: marked by {by}, out of {denominator or 'an unknown number of'} cells"
 
 
 def markdown(rows: Sequence[Row], columns: Columns = (), below: str = "") -> str:

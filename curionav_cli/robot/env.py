@@ -15,6 +15,7 @@ from curionav_cli.constants import ACTIONS, FORWARD, IMAGE_SHAPE, LEFT, RIGHT, S
 from curionav_cli.files import read_arrays, read_json, write_arrays
 from curionav_cli.records import Pose
 from curionav_cli.robot.charging_dock import ChargingDock
+from curionav_cli.robot.corridor import occupied
 from curionav_cli.robot.localiser import Localiser
 from curionav_cli.robot.ndt_matcher import NdtMap
 from curionav_cli.robot.occupancy import Occupancy
@@ -124,11 +125,7 @@ class RobotEnv(gymnasium.Wrapper):
         """True when depth shows an obstacle in the corridor of a forward move; nearer than `blind` it shows none."""
         if self.body.collision_world.has_room(*self.body.pose[:2], STEP_LENGTH + 2 * self.env.scene.plan.radius):
             return False
-        scan = self.body.depth()
-        ahead, aside = scan.range * np.cos(scan.bearing), np.abs(scan.range * np.sin(scan.bearing))
-        radius = self.env.scene.plan.radius
-        inside = aside < radius
-        return bool((ahead[inside] < STEP_LENGTH + np.sqrt(radius**2 - aside[inside] ** 2)).any())
+        return occupied(self.body.depth(), self.env.scene.plan.radius, STEP_LENGTH)
 
     def _observe(self) -> Observation:
         if not self.pictures:

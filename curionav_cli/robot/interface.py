@@ -22,9 +22,11 @@ class Battery(Protocol):
 
 
 class Base(Protocol):
-    """A differential-drive base with its sensors. hazard: "wheel_drop", "cliff" or None."""
+    """A differential-drive base with its sensors."""
 
-    hazard: str | None
+    @property
+    def hazard(self) -> str | None:
+        """What is wrong under the wheels: "wheel_drop", "cliff" or None."""
 
     @property
     def velocity(self) -> tuple[float, float]:

@@ -6,7 +6,7 @@ Its frame is the scene's, because the pose of the dock is given in it.
 from __future__ import annotations
 
 import math
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 
@@ -14,7 +14,7 @@ from curionav_cli.records import Pose
 from curionav_cli.robot.ekf import BIAS, GYRO_SCALE, SCALE, STATES, Ekf, relative_motion
 from curionav_cli.robot.measurements import Reading, Scan
 from curionav_cli.robot.ndt_matcher import NdtMap
-from curionav_cli.robot.settings import Localisation, Turtlebot
+from curionav_cli.robot.settings import Filter, Gyro, Localisation, Odometry, Turtlebot
 
 SPEED, RATE = 0.42, 0.3  # m/s and rad/s: sd of a move over which a sensor was silent
 ANYWHERE = 10.0  # metres: sd of a position before the dock is used
@@ -25,6 +25,26 @@ INSERT_SD = 0.08  # metres; a scan is inserted into the map only where the sd of
 TOUCHED, PUSHED = (0.3, 0.35), (0.0, 0.1)
 
 
+class Errors(Protocol):
+    """The errors of a robot's sensors, as the estimate reckons with them; localisation: what else it uses."""
+
+    @property
+    def localisation(self) -> Localisation:
+        """What the LiDAR adds."""
+
+    @property
+    def odometry(self) -> Odometry:
+        """Wheel encoders."""
+
+    @property
+    def gyro(self) -> Gyro:
+        """The gyro."""
+
+    @property
+    def filter(self) -> Filter:
+        """The filter's own settings."""
+
+
 class Localiser:
     """The estimate of a pose and its covariance.
 
@@ -32,7 +52,7 @@ class Localiser:
     wheels. stale: how many measurements came late or twice and were not used.
     """
 
-    def __init__(self, profile: Turtlebot, pose: Pose):
+    def __init__(self, profile: Errors, pose: Pose):
         self.profile = profile
         self.filter = Ekf(np.array([*pose, 0.0, 0.0, 0.0]), np.zeros((STATES, STATES)))
         self.lost, self.slips, self.stale = False, 0, 0
@@ -139,6 +159,7 @@ class Localiser:
         uncertain = self.filter.relative_position_variance() > INSERT_SD**2
         around = LOST if self.lost else UNCERTAIN if uncertain else ((0.0,),)
         match = self.ndt_map.search(guess, scan, *around)
+        assert isinstance(self.profile, Turtlebot)  # no other robot uses scans
         settings = self.profile.scan_to_map
         floor = np.diag(np.square([settings.position, settings.position, math.radians(settings.yaw)]))
         if match and not match.fits:
@@ -155,6 +176,7 @@ class Localiser:
         if self.filter.update_motion(motion, variance, gate):
             self.lost = False
             return True
+        assert isinstance(self.profile, Turtlebot)
         self.slips += 1
         self.filter.add_slip(SPEED * self.profile.step)
         self.filter.rejected -= 1  # a scan counts once

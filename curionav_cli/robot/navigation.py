@@ -43,11 +43,15 @@ class NavStatus(Enum):
 
 
 class Navigator:
-    """Drives the base to a pose. radius: of the robot, metres; seconds: duration of one move; metres: driven so far."""
+    """Drives the base to a pose. radius: of the robot, metres; seconds: duration of one move; metres: driven so far.
 
-    def __init__(self, base: Base, localiser: Localiser, occupancy: Occupancy, radius: float, seconds: float):
+    ticks: in how many parts a move is made.
+    """
+
+    def __init__(self, base: Base, localiser: Localiser, occupancy: Occupancy, radius: float, seconds: float,
+                 ticks: int = TICKS):
         self.base, self.localiser, self.map = base, localiser, occupancy
-        self.radius, self.seconds = radius, seconds
+        self.radius, self.seconds, self.ticks = radius, seconds, ticks
         self.metres = 0.0
 
     def set_goal(self, goal: Pose) -> None:
@@ -63,7 +67,7 @@ class Navigator:
         self._time_left = 20.0 + 8.0 * metres
 
     def tick(self) -> NavStatus:
-        """Drive a third of a move, choosing a new move where the last one is done; returns the status."""
+        """Drive a part of a move, choosing a new move where the last one is done; returns the status."""
         if self._ticks_left == 0:
             self._choose_move()
         if self.status is NavStatus.driving:
@@ -72,9 +76,9 @@ class Navigator:
 
     def _move(self) -> None:
         distance, turn = self._command
-        reading = self.base.drive(distance / TICKS, turn / TICKS, self.seconds / TICKS)
-        self.metres += abs(distance) / TICKS
-        self._time_left -= self.seconds / TICKS
+        reading = self.base.drive(distance / self.ticks, turn / self.ticks, self.seconds / self.ticks)
+        self.metres += abs(distance) / self.ticks
+        self._time_left -= self.seconds / self.ticks
         self._ticks_left -= 1
         bumped = reading.bump is not None and distance > 0.0
         done = self._ticks_left == 0 or bumped
@@ -95,7 +99,7 @@ class Navigator:
         self._until_replan = 0
 
     def _start(self, distance: float, turn: float) -> None:
-        self._command, self._ticks_left = (distance, turn), TICKS
+        self._command, self._ticks_left = (distance, turn), self.ticks
 
     def _choose_move(self) -> None:
         """Start the next move, or set the final status."""

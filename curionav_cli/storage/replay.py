@@ -109,6 +109,10 @@ class Replay:
         self._scratch.read(stored.place, image)
         return replace(stored.episode, image=image)
 
+    def holds(self, length: int) -> bool:
+        """Whether an episode holds `length` observations."""
+        return bool((self._lengths + 2 > length).any())
+
     def draw(self, batch: int, length: int, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
         """Draw windows: indices of episodes (B,) and of first observations (B,), each window equally likely.
 

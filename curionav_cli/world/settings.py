@@ -79,3 +79,25 @@ class Env:
         if self.camera >= self.height:
             raise ValueError(f"env.camera ({self.camera:g} m) must be below the ceiling, "
                              f"env.height ({self.height:g} m)")
+
+
+@dataclass(frozen=True)
+class Live(Env):
+    """A real floor: no scene, and no list of one is used.
+
+    floor: a ROS map of it, whose reachable cells are the denominator of coverage; `start` is then a pose in it. extent:
+    without one, metres around the start within which cells are counted.
+    """
+
+    floor: str | None = None
+    extent: float = 12.0
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        a_number("env.extent", self.extent, 1.0, 100.0)
+        if self.map or self.size:
+            raise ValueError("env.map, env.size: a real floor has no scene. To count the cells of a map: "
+                             "env.floor=PATH.yaml")
+        if self.floor and not self.start:
+            raise ValueError("env.start: with env.floor, say where on that map the robot begins, "
+                             "env.start=[x, y, degrees]")

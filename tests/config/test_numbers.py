@@ -21,7 +21,8 @@ from curionav_cli.config.suggestions import type_of
 from curionav_cli.errors import UserError
 from curionav_cli.execution.progress import duration
 
-EVERYTHING = (["agent=lbs_dreamer"], ["agent=cbet"], ["agent=sticky"], ["agent=bounce", "robot=turtlebot2i_plus"])
+EVERYTHING = (["agent=lbs_dreamer"], ["agent=cbet"], ["agent=sticky"], ["agent=bounce", "robot=turtlebot2i_plus"],
+              ["agent=random", "env=live", "robot=rosbridge"])
 BEYOND = ("1e300", "nan", "-1e9", "1e12")
 
 
@@ -56,7 +57,7 @@ def test_no_number_is_without_bounds(composed: DictConfig) -> None:
     for key, many in (one for one in numbers(composed) if first or one[0].startswith(("agent.", "robot."))):
         for value in () if many else BEYOND:
             with pytest.raises(Exception, match=r".") as answer:  # of OmegaConf or of the schema
-                build.scene(with_value(composed, key, value))
+                build.world(with_value(composed, key, value))
             line = str(answer.value)
             assert isinstance(answer.value, UserError) or "could not be converted" in line, (key, value, line)
             assert len(line.splitlines()[0]) < 400 and key.rpartition(".")[2] in line, (key, value, line)

@@ -37,6 +37,7 @@ from curionav_cli.agents.weights import load_weights
 from curionav_cli.errors import RunFailed
 from curionav_cli.records import Episode
 from curionav_cli.storage.replay import Replay
+from curionav_cli.world.real_floor import RealFloor
 from curionav_cli.world.scene.scene import Scene
 
 
@@ -49,7 +50,7 @@ class CBET(Agent):
     learns = True
     on_policy = True
 
-    def __init__(self, hyper: cbet_settings.CBET, seed: int, device: str, scene: Scene, engine: str):
+    def __init__(self, hyper: cbet_settings.CBET, seed: int, device: str, scene: Scene | RealFloor, engine: str):
         super().__init__(seed)
         self.hyper, self.device, self.plan = hyper, resolve_device(device), scene.plan
         repeatable(self.device)
@@ -79,6 +80,10 @@ class CBET(Agent):
         self.acted.log_policy.append(log_policy[action])
         self.acted.entropy.append(-sum(map(mul, policy, log_policy)))
         return action
+
+    def can_learn(self, replay: Replay) -> bool:
+        """Whether the newest episode divides into unrolls; one that a fault cut short seldom does."""
+        return len(replay.episode(-1)) % self.hyper.unroll == 0
 
     def learn(self, replay: Replay, iterations: int, tick: Callable[[int], None]) -> dict[str, float]:
         """Compute the rewards of the newest episode, then update while B unrolls wait; tick counts these updates.

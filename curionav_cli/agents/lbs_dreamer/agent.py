@@ -174,6 +174,10 @@ class LBSDreamer(Agent):
         """Measure the world model on a probe (probing.py)."""
         return measure(self.learner.networks.world_model, probe, self.device)
 
+    def can_learn(self, replay: Replay) -> bool:
+        """Whether an episode is as long as a training sequence."""
+        return replay.holds(self.hyper.sequence_length)
+
     def learn(self, replay: Replay, iterations: int, tick: Callable[[int], None]) -> dict[str, float]:
         """K updates; returns the means of their metrics, and updates and frames since the run began.
 

@@ -42,7 +42,7 @@ class Field:
 
     def shares(self, arm: str, steps: np.ndarray) -> np.ndarray:
         """Coverage (n, K) after each of these steps, between 0 and 1."""
-        return np.array([run.curve.at(steps) / run.curve.total for run in self.arms[arm]])
+        return np.array([run.curve.at(steps) / run.curve.cells for run in self.arms[arm]])
 
 
 @dataclass(frozen=True)
@@ -105,8 +105,8 @@ def measures(run: RunSummary, horizon: int, at: Sequence[int]) -> dict[str, Any]
     curve = run.curve.until(horizon)
     spent = {key: None if np.isnan(number) else number for key, number in run.spent(horizon).items()}
     return {
-        "coverage": int(curve.at(horizon)) / curve.total,
-        **{f"coverage_at_{step}": int(curve.at(step)) / curve.total for step in at if step <= horizon},
+        "coverage": int(curve.at(horizon)) / curve.cells,
+        **{f"coverage_at_{step}": int(curve.at(step)) / curve.cells for step in at if step <= horizon},
         "area_under_curve": curve.area(), **{f"steps_to_{share}": curve.steps_to(share / 100) for share in SHARES},
         "steps_to_explored": run.explored if run.explored and run.explored <= horizon else None,
         **spent,

@@ -28,7 +28,7 @@ def environment(field: Field, look: dict[str, Look], pairs: Sequence[Row], base:
     meaning: what counts as covered, in words.
     """
     used = {arm: look[arm] for arm in field.arms}
-    cells = next(iter(field.arms.values()))[0].curve.total
+    cells = next(iter(field.arms.values()))[0].curve.cells
     figure, (left, middle, right) = panels(
         f"{field.env}, {cells:,} {meaning}: mean, 95 % t interval, and every seed", used)
     draw_curves(left, field, used)
@@ -93,7 +93,7 @@ def courses(comparison: Comparison, look: dict[str, Look], meaning: str) -> Figu
 
 def draw_cells(axes: Axes, field: Field, look: dict[str, Look]) -> None:
     """Visited cells on the left, their share on the right, and how many there are as a dotted line."""
-    steps, cells = moments(field.horizon), next(iter(field.arms.values()))[0].curve.total
+    steps, cells = moments(field.horizon), next(iter(field.arms.values()))[0].curve.cells
     for arm in look:
         visited = cells * field.shares(arm, steps)
         axes.plot(steps, visited.T, color=look[arm].color, linewidth=0.4, alpha=0.5)

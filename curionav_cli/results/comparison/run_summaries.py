@@ -74,6 +74,9 @@ def read(folder: Path, rule: str, denominator: str) -> RunSummary:
     if not (folder / "config.yaml").is_file():
         raise RunFolderError(f"{folder} did not begin; if it failed, its log says why")
     run = Run(RunFolder(folder), rule, denominator)
+    if not run.plan.bounded:
+        raise RunFolderError(f"{folder} explored a real floor without a map of it (env.floor), so its coverage is a "
+                             "number of cells, and no share that can be compared")
     fixed, metrics = read_json(folder / "fixed.json"), run.folder.metrics()
     found = (noted(run.folder, run.plan, metrics) if (rule, denominator) == NOTED else None) or run.readable
     state, error = found.status.get("state") or "unknown", found.status.get("error") or ""

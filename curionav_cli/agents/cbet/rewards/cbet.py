@@ -16,8 +16,17 @@ from curionav_cli.agents.cbet.settings import Difference, Reset, Tables, View
 from curionav_cli.agents.cbet.transitions import Transitions
 from curionav_cli.agents.cbet.views import Ego, Panorama
 from curionav_cli.agents.image_hash import ChangeKeys, StateKeys
+from curionav_cli.world.scene.scene import Scene
 
 CEILING = 0.5  # the reward of a step whose image and change are both new
+
+
+def view_of(context: RewardContext) -> Panorama | Ego:
+    """The view that agent.view names."""
+    if context.hyper.view is View.ego:
+        return Ego()
+    assert isinstance(context.scene, Scene)  # see agents.cbet.privileged
+    return Panorama(context.scene, context.engine, context.seed)
 
 
 class CBET(Reward):
@@ -26,8 +35,7 @@ class CBET(Reward):
     def __init__(self, context: RewardContext, networks: nn.ModuleDict):
         super().__init__(context, networks)
         hyper, rng = context.hyper, np.random.default_rng(context.reward_seed)
-        pano = hyper.view is View.pano
-        self.view = Panorama(context.scene, context.engine, context.seed) if pano else Ego()
+        self.view = view_of(context)
         wrapped = hyper.difference is Difference.wrapped
         self.state_keys = StateKeys(hyper.key.value, hyper.key_bits, rng)
         self.change_keys = ChangeKeys(hyper.key.value, hyper.key_bits, self.view.views, wrapped, rng)

@@ -22,6 +22,7 @@ from curionav_cli.agents.cbet.counts import Counts
 from curionav_cli.agents.cbet.reward_monitor import RewardMonitor
 from curionav_cli.agents.cbet.transitions import Transitions
 from curionav_cli.agents.cbet.unrolls import Batch
+from curionav_cli.world.real_floor import RealFloor
 from curionav_cli.world.scene.scene import Scene
 
 
@@ -33,7 +34,7 @@ class RewardContext:
     """
 
     hyper: cbet_settings.CBET
-    scene: Scene
+    scene: Scene | RealFloor
     engine: str
     seed: int
     reward_seed: int

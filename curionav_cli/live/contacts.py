@@ -1,0 +1,78 @@
+"""Bumpers, cliffs, wheel drops, docks and batteries: each maker's messages, by the last part of their type."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from curionav_cli.live.messages import expected
+from curionav_cli.live.safety import MessageFault
+from curionav_cli.live.transport import Message
+
+KOBUKI_EMPTY, KOBUKI_FULL = 13.2, 16.5  # volts
+KOBUKI_CHARGING = (2, 6)  # SensorState.charger on the dock: charged, charging
+CREATE_HAZARDS = {1: "bumper", 2: "cliff", 3: "stall", 4: "wheel_drop"}  # HazardDetection.type
+
+Touches = Callable[[Message], dict[str, bool]]
+
+
+def kobuki_bumper(message: Message) -> dict[str, bool]:
+    """kobuki_msgs/BumperEvent: one of three bumpers is pressed or let go."""
+    return {f"bumper_{int(message['bumper'])}": int(message["state"]) == 1}
+
+
+def kobuki_cliff(message: Message) -> dict[str, bool]:
+    """kobuki_msgs/CliffEvent: one of three sensors sees no floor, or sees it again."""
+    return {f"cliff_{int(message['sensor'])}": int(message["state"]) == 1}
+
+
+def kobuki_wheel(message: Message) -> dict[str, bool]:
+    """kobuki_msgs/WheelDropEvent: a wheel hangs, or stands again."""
+    return {f"wheel_drop_{int(message['wheel'])}": int(message["state"]) == 1}
+
+
+def create_hazards(message: Message) -> dict[str, bool]:
+    """irobot_create_msgs/HazardDetectionVector: everything that is wrong now."""
+    now = {CREATE_HAZARDS.get(int(one["type"])) for one in message["detections"]}
+    return {name: name in now for name in CREATE_HAZARDS.values()}
+
+
+def turtlebot3_state(message: Message) -> dict[str, bool]:
+    """turtlebot3_msgs/SensorState; a robot without these sensors sends zeros."""
+    return {"bumper": int(message["bumper"]) != 0}
+
+
+CONTACTS: dict[str, Touches] = {
+    "BumperEvent": kobuki_bumper, "CliffEvent": kobuki_cliff, "WheelDropEvent": kobuki_wheel,
+    "HazardDetectionVector": create_hazards, "SensorState": turtlebot3_state,
+}
+
+
+def touches(message: Message, kind: str) -> dict[str, bool]:
+    """What is touched or missing under the wheels, by name. Raises MessageFault for a type that is not known."""
+    name = kind.rpartition("/")[2]
+    if name not in CONTACTS:
+        raise MessageFault(f"contacts of type {kind}; known are {', '.join(CONTACTS)}")
+    with expected(kind):
+        return CONTACTS[name](message)
+
+
+def charge(message: Message, kind: str) -> float | None:
+    """The share of its charge that a battery has, or None where it does not say."""
+    with expected(kind):
+        if kind.endswith("/SensorState"):
+            volts = 0.1 * float(message["battery"])
+            share = (volts - KOBUKI_EMPTY) / (KOBUKI_FULL - KOBUKI_EMPTY)
+        else:
+            if message["percentage"] is None:
+                return None
+            share = float(message["percentage"])
+            share = share / 100.0 if share > 1.0 else share  # some drivers count to 100
+    return min(1.0, max(0.0, share)) if share == share else None
+
+
+def docked(message: Message, kind: str) -> bool:
+    """Whether the robot stands on its dock."""
+    with expected(kind):
+        if kind.endswith("/SensorState"):
+            return int(message["charger"]) in KOBUKI_CHARGING
+        return bool(message["is_docked"])

@@ -1,0 +1,185 @@
+"""A real ROS 2 robot behind a real rosbridge server, neither of them ours: make ros-peer installs them in .peers."""
+
+from __future__ import annotations
+
+import signal
+import sys
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import pytest
+from entry import Cli
+from tiny import LEARNER
+
+from curionav_cli.config.compose import compose
+from curionav_cli.config.override_errors import OverrideErrors
+from curionav_cli.config.sources import opened
+from curionav_cli.constants import FORWARD, LEFT
+from curionav_cli.errors import RunFailed
+from curionav_cli.live import connect
+from curionav_cli.live.env import LiveRobot
+from curionav_cli.live.rosbridge import Rosbridge
+from curionav_cli.live.transport import ENDED, Goal
+from curionav_cli.records import Episode
+from curionav_cli.robot.docking.action import GoalState
+from curionav_cli.storage.run_folder import RunFolder
+from curionav_cli.world.real_floor import RealFloor
+
+sys.path.insert(0, str(Path(__file__).parents[1] / "peers"))
+
+from ros_peer import READY, Peer
+
+pytestmark = [pytest.mark.ros2, pytest.mark.timeout(900),
+              pytest.mark.skipif(not READY.exists(), reason="no ROS 2 peer: make ros-peer")]
+CONF = Path(__file__).parents[1] / "peers" / "conf"
+ACTION = "test_msgs/action/Fibonacci"
+STALE = 3.0  # s; this machine may be busy
+STOPPED = 1.0  # s within which wheels must stand, once we or the base have noticed
+
+
+@pytest.fixture
+def peer(tmp_path: Path) -> Iterator[Peer]:
+    """A robot and its bridge, of this test alone."""
+    made = Peer(tmp_path)
+    yield made
+    made.stop()
+
+
+@pytest.fixture
+def words(peer: Peer) -> list[str]:
+    """The settings that lead to the peer."""
+    return ["env=live", "robot=rosbridge", "robot/profile=peer", "robot.host=127.0.0.1", f"robot.port={peer.port}",
+            f"robot.stale={STALE}", "robot.connect=20", "robot.patience=20"]
+
+
+@pytest.fixture
+def env(words: list[str], monkeypatch: pytest.MonkeyPatch) -> Iterator[LiveRobot]:
+    """The environment of the peer, connected; asked holds what a person was asked."""
+    asked: list[str] = []
+    monkeypatch.setattr(connect, "ask", asked.append)
+    with opened("explore", CONF) as hydra:
+        settings = compose(hydra, OverrideErrors(hydra, words), words)[0]
+    robot = connect.live_robot(settings.robot, RealFloor.of(settings.env), print)
+    robot.asked = asked
+    yield robot
+    robot.close()
+
+
+def wait(ready: Callable[[], bool], seconds: float = 20.0) -> float:
+    began = time.monotonic()
+    while not ready() and time.monotonic() < began + seconds:
+        time.sleep(0.05)
+    return time.monotonic() - began
+
+
+def ended(goal: Goal) -> GoalState:
+    wait(lambda: goal.state in ENDED)
+    return goal.state
+
+
+def standing(peer: Peer) -> bool:
+    return not peer.moves or peer.moves[-1][1:] == (0.0, 0.0)
+
+
+def until_closed(env: LiveRobot, steps: int = 6) -> str:
+    for step in range(steps):
+        if env.step(LEFT if step % 2 else FORWARD)[3]:
+            return str(env.events[-1]["why"])
+    raise AssertionError("the episode went on")
+
+
+def test_actions_succeed_are_aborted_and_are_cancelled(peer: Peer) -> None:
+    link = Rosbridge("127.0.0.1", peer.port, 2, 20.0)
+    try:
+        assert ended(link.action("/dock", ACTION, {})) is GoalState.succeeded
+        peer.tell("dock abort")
+        time.sleep(0.5)
+        assert ended(link.action("/dock", ACTION, {})) is GoalState.aborted
+        peer.tell("dock hang")
+        time.sleep(0.5)
+        goal = link.action("/dock", ACTION, {})
+        time.sleep(1.5)
+        assert goal.state is GoalState.active
+        goal.cancel()
+        assert ended(goal) is GoalState.preempted
+    finally:
+        link.close()
+
+
+def test_the_world_model_learns_on_the_robot_which_docks_between_episodes(peer: Peer, words, cli: Cli) -> None:
+    small = [word for word in LEARNER if not word.startswith(("env=", "loop."))]
+    answer = cli("explore", "-cd", str(CONF), *words, *small, "loop.steps=16", "loop.episodes=3", "loop.iterations=4",
+                 "hydra.run.dir=run")
+    assert answer.code == 0, answer.error
+    episodes = [Episode.load(path) for path in RunFolder(Path("run")).episode_paths()]
+    assert [len(one) for one in episodes] == [16, 16, 16]
+    assert [one.dock and one.dock["code"] for one in episodes] == [None, "docked", "docked"]
+    assert all(one.image.std() > 5 for one in episodes)
+    assert wait(lambda: standing(peer)) < 10.0
+
+
+def test_check_finds_what_is_there(words, cli: Cli, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("CURIONAV_CONFIG_PATH", str(CONF))
+    answer = cli("robot", "check", "peer", *words[3:], "--move")
+    assert answer.code in (0, 1) and not answer.error  # 1: on a busy machine odometry is rare, and a turn overshoots
+    assert "MISSING" not in answer.out and "SILENT" not in answer.out and "turn left" in answer.out, answer.out
+
+
+@pytest.mark.parametrize("how", [signal.SIGKILL, signal.SIGSTOP])
+def test_a_bridge_that_dies_or_hangs_stops_the_robot_and_comes_back(peer: Peer, env: LiveRobot, how) -> None:
+    env.reset(seed=0)
+    assert not env.step(FORWARD)[3]
+    peer.bridge.send_signal(how)
+    why = until_closed(env)
+    assert "connection to the robot is lost" in why or "silent" in why or "no image" in why
+    assert wait(lambda: standing(peer)) < STOPPED + 1.0
+    if how is signal.SIGKILL:
+        peer.bridge.wait()
+        peer.bridge = peer.start_bridge()
+    else:
+        peer.bridge.send_signal(signal.SIGCONT)
+    _, info = env.reset()
+    assert info["episode_index"] == 1 and not env.step(LEFT)[3]
+
+
+def test_a_robot_that_hangs_ends_the_run_in_a_line(peer: Peer, words, env: LiveRobot) -> None:
+    env.reset(seed=0)
+    peer.robot.send_signal(signal.SIGSTOP)
+    assert "has been silent" in until_closed(env) or "no image" in env.events[-1]["why"]
+    with pytest.raises(RunFailed, match="has been silent"):
+        env.reset()
+
+
+def test_faults_of_sensors_close_the_episode_and_the_next_begins(peer: Peer, env: LiveRobot) -> None:
+    env.reset(seed=0)
+    peer.tell("encoding bgr8")
+    assert not env.step(LEFT)[3]
+    peer.tell("silent image")
+    assert "image" in until_closed(env) and wait(lambda: standing(peer)) < STOPPED + 1.0
+    peer.tell("speak image")
+    env.reset()
+    peer.tell("encoding yuv422")
+    assert "encoding 'yuv422'" in until_closed(env)
+    peer.tell("encoding rgb8")
+    env.reset()
+    peer.tell("jump 3.0")
+    assert "odometry jumped" in until_closed(env)
+    _, info = env.reset()
+    assert info["dock"]["human"] and len(env.asked) == 1
+
+
+def test_docking_that_is_aborted_asks_for_a_person(peer: Peer, env: LiveRobot) -> None:
+    env.reset(seed=0)
+    env.step(FORWARD)
+    peer.tell("dock abort")
+    _, info = env.reset()
+    assert info["dock"]["code"] == "action_aborted" and info["dock"]["attempts"] == 2 and len(env.asked) == 1
+
+
+@pytest.mark.slow
+def test_an_episode_of_500_steps(peer: Peer, words, cli: Cli) -> None:
+    answer = cli("explore", "-cd", str(CONF), *words, "agent=bounce", "loop.episodes=1", "hydra.run.dir=run")
+    assert answer.code == 0, answer.error
+    episode = Episode.load(RunFolder(Path("run")).episode_path(0))
+    assert len(episode) == 500 and episode.events == ()

@@ -1,0 +1,188 @@
+"""A robot that is not ours: a Husky in PyBullet behind ROS 2 nodes of rclpy, run by .peers/venv (make ros-peer).
+
+Sends /image (Image rgb8), /depth (Image 32FC1), /odom, /imu, /battery_state and listens to /cmd_vel (TwistStamped).
+/dock and /undock are actions of type test_msgs/action/Fibonacci, an action type that PyPI has. Lines on standard input
+change it: silent TOPIC, speak TOPIC, dock succeed|abort|hang, encoding NAME, jump METRES. It prints READY, then a line
+for each change of its velocity: MOVE time speed rate.
+"""
+
+from __future__ import annotations
+
+import math
+import sys
+import threading
+import time
+
+import numpy as np
+import pybullet
+import pybullet_data
+import rclpy
+from geometry_msgs.msg import TwistStamped
+from nav_msgs.msg import Odometry
+from rclpy.action import ActionServer, CancelResponse
+from rclpy.callback_groups import ReentrantCallbackGroup
+from rclpy.executors import MultiThreadedExecutor
+from rclpy.node import Node
+from sensor_msgs.msg import BatteryState, Image, Imu
+from test_msgs.action import Fibonacci
+
+RATE, SEEN_EVERY, TIMEOUT = 20.0, 4, 0.5  # Hz of odometry; ticks between images; s without a command until it stops
+BOXES = (((3, 3.1), (4.2, 0.1)), ((3, -3.1), (4.2, 0.1)), ((-1.2, 0), (0.1, 3.2)), ((7.2, 0), (0.1, 3.2)),
+         ((4, 1.6), (0.4, 0.3)), ((5.5, -1), (0.3, 0.5)), ((2.5, -2.2), (0.3, 0.3)))  # centre and half sizes, m
+FOV, NEAR, FAR, SIDE = 60.0, 0.05, 12.0, 64
+
+
+class Robot(Node):
+    """The Husky in a walled room of 8 x 6 m with three boxes, its dock at the origin, facing along x."""
+
+    def __init__(self) -> None:
+        super().__init__("peer_robot")
+        self.world = pybullet.connect(pybullet.DIRECT)
+        pybullet.setAdditionalSearchPath(pybullet_data.getDataPath())
+        pybullet.setTimeStep(1.0 / (4 * RATE))
+        pybullet.loadURDF("plane.urdf")
+        self.husky = pybullet.loadURDF("husky/husky.urdf", [0, 0, 0.14], [0, 0, 1, 0])
+        for at, half in BOXES:
+            self.box(at, half)
+        self.command, self.commanded, self.silent, self.docking = (0.0, 0.0), 0.0, set(), "succeed"
+        self.encoding, self.offset, self.ticks, self.last = "rgb8", 0.0, 0, (0.0, 0.0)
+        group = ReentrantCallbackGroup()
+        self.out = {"image": self.create_publisher(Image, "/image", 5),
+                    "depth": self.create_publisher(Image, "/depth", 5),
+                    "odom": self.create_publisher(Odometry, "/odom", 10), "imu": self.create_publisher(Imu, "/imu", 10),
+                    "battery": self.create_publisher(BatteryState, "/battery_state", 5)}
+        self.create_subscription(TwistStamped, "/cmd_vel", self.drive, 10)
+        for name in ("dock", "undock"):
+            ActionServer(self, Fibonacci, f"/{name}", lambda goal, name=name: self.act(goal, name),
+                         cancel_callback=lambda goal: CancelResponse.ACCEPT, callback_group=group)
+
+    def box(self, at, half) -> None:
+        size = [*half, 0.5]
+        shape = pybullet.createCollisionShape(pybullet.GEOM_BOX, halfExtents=size)
+        colour = [0.3 + 0.1 * (abs(at[0]) % 6), 0.3 + 0.1 * (abs(at[1]) % 6), 0.5, 1]
+        look = pybullet.createVisualShape(pybullet.GEOM_BOX, halfExtents=size, rgbaColor=colour)
+        pybullet.createMultiBody(0, shape, look, [*at, 0.5])
+
+    def drive(self, message: TwistStamped) -> None:
+        self.command = message.twist.linear.x, message.twist.angular.z
+        self.commanded = time.monotonic()
+
+    def act(self, goal, name: str):
+        """Dock or undock: a second of work, then the outcome that was set."""
+        began = time.monotonic()
+        while time.monotonic() < began + 1.0 or self.docking == "hang":
+            if goal.is_cancel_requested:
+                goal.canceled()
+                return Fibonacci.Result()
+            time.sleep(0.05)
+        if self.docking == "abort" and name == "dock":
+            goal.abort()
+        else:
+            x = {"dock": 0.0, "undock": 0.6}[name]
+            turn = {"dock": math.pi, "undock": 0.0}[name]
+            self.glide(x, turn)
+            goal.succeed()
+        return Fibonacci.Result()
+
+    def glide(self, x: float, turn: float) -> None:
+        """Move to a place on the dock's axis as a base does, over a second, so that odometry follows."""
+        from_x, from_y, from_yaw = self.pose()
+        swing = math.remainder(turn - from_yaw, 2 * math.pi)
+        for share in np.linspace(0, 1, 21):
+            yaw = from_yaw + share * swing
+            place = [from_x + share * (x - from_x), from_y * (1 - share), 0.14]
+            pybullet.resetBasePositionAndOrientation(self.husky, place, pybullet.getQuaternionFromEuler([0, 0, yaw]))
+            time.sleep(0.1)
+
+    def pose(self) -> tuple[float, float, float]:
+        place, turn = pybullet.getBasePositionAndOrientation(self.husky)
+        return place[0], place[1], pybullet.getEulerFromQuaternion(turn)[2]
+
+    def tick(self) -> None:
+        """A twentieth of a second: move, and send what there is to send."""
+        if time.monotonic() > self.commanded + TIMEOUT:
+            self.command = (0.0, 0.0)
+        if self.command != self.last:
+            self.last = self.command
+            print(f"MOVE {time.monotonic():.3f} {self.command[0]:.3f} {self.command[1]:.3f}", flush=True)
+        speed, rate = self.command
+        before = self.pose()
+        for _ in range(4):
+            yaw = self.pose()[2]
+            down = pybullet.getBaseVelocity(self.husky)[0][2]
+            pybullet.resetBaseVelocity(self.husky, [speed * math.cos(yaw), speed * math.sin(yaw), min(0.0, down)],
+                                       [0, 0, rate])
+            pybullet.stepSimulation()
+        self.ticks += 1
+        self.send(before)
+
+    def send(self, before) -> None:
+        x, y, yaw = self.pose()
+        turned = math.remainder(yaw - before[2], 2 * math.pi) * RATE
+        stamp = self.get_clock().now().to_msg()
+        odom, imu = Odometry(), Imu()
+        odom.header.stamp = imu.header.stamp = stamp
+        odom.pose.pose.position.x, odom.pose.pose.position.y = x + self.offset, y
+        odom.pose.pose.orientation.z, odom.pose.pose.orientation.w = math.sin(yaw / 2), math.cos(yaw / 2)
+        odom.twist.twist.linear.x = math.hypot(x - before[0], y - before[1]) * RATE
+        odom.twist.twist.angular.z = imu.angular_velocity.z = turned
+        self.publish("odom", odom)
+        self.publish("imu", imu)
+        if self.ticks % SEEN_EVERY == 0:
+            self.look(x, y, yaw, stamp)
+            self.publish("battery", BatteryState(percentage=0.8))
+
+    def look(self, x: float, y: float, yaw: float, stamp) -> None:
+        eye = [x + 0.5 * math.cos(yaw), y + 0.5 * math.sin(yaw), 0.45]
+        ahead = [eye[0] + math.cos(yaw), eye[1] + math.sin(yaw), 0.45]
+        _, _, colour, depth, _ = pybullet.getCameraImage(
+            SIDE, SIDE, pybullet.computeViewMatrix(eye, ahead, [0, 0, 1]),
+            pybullet.computeProjectionMatrixFOV(FOV, 1.0, NEAR, FAR), renderer=pybullet.ER_TINY_RENDERER)
+        rgb = np.reshape(colour, (SIDE, SIDE, 4))[:, :, :3].astype(np.uint8)
+        metres = FAR * NEAR / (FAR - (FAR - NEAR) * np.reshape(depth, (SIDE, SIDE)))
+        rgb = rgb[:, :, ::-1] if self.encoding == "bgr8" else rgb
+        self.publish("image", self.picture(rgb, self.encoding, 3 * SIDE, stamp))
+        self.publish("depth", self.picture(metres.astype(np.float32), "32FC1", 4 * SIDE, stamp))
+
+    @staticmethod
+    def picture(pixels, encoding: str, step: int, stamp) -> Image:
+        message = Image(encoding=encoding, height=SIDE, width=SIDE, step=step)
+        message.header.stamp = stamp
+        message.data = np.ascontiguousarray(pixels).tobytes()
+        return message
+
+    def publish(self, name: str, message) -> None:
+        if name not in self.silent:
+            self.out[name].publish(message)
+
+    def obey(self, line: str) -> None:
+        """A line of standard input."""
+        verb, _, value = line.strip().partition(" ")
+        if verb == "silent":
+            self.silent.add(value)
+        elif verb == "speak":
+            self.silent.discard(value)
+        elif verb == "dock":
+            self.docking = value
+        elif verb == "encoding":
+            self.encoding = value
+        elif verb == "jump":
+            self.offset += float(value)
+
+
+def main() -> None:
+    rclpy.init()
+    robot = Robot()
+    executor = MultiThreadedExecutor(4)
+    executor.add_node(robot)
+    threading.Thread(target=executor.spin, daemon=True).start()
+    threading.Thread(target=lambda: [robot.obey(line) for line in sys.stdin], daemon=True).start()
+    print("READY", flush=True)
+    due = time.monotonic()
+    while True:
+        robot.tick()
+        due = max(due + 1.0 / RATE, time.monotonic() - 0.2)
+        time.sleep(max(0.0, due - time.monotonic()))
+
+
+main()
