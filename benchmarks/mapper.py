@@ -14,8 +14,8 @@ import time
 import numpy as np
 
 from curionav_cli.agents.mapper.agent import Mapper
-from curionav_cli.agents.mapper.camera import DepthCamera
 from curionav_cli.agents.mapper.memory import Memory
+from curionav_cli.robot.depth_camera import DepthCamera
 from curionav_cli.world.env import NavigationEnv
 from curionav_cli.world.scene.scene import Scene
 from curionav_cli.world.scene.scene_file import plain

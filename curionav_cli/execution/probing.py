@@ -17,6 +17,7 @@ from curionav_cli.probe import Probe
 from curionav_cli.results.labels import world_settings
 from curionav_cli.storage import probe_cache
 from curionav_cli.world import walks
+from curionav_cli.world.real_floor import RealFloor
 from curionav_cli.world.scene.scene import Scene
 
 
@@ -32,7 +33,8 @@ class Prober:
         return {**measured.metrics(), "probe": self.probe.checksum} if measured and self.probe else {}
 
 
-def prober(settings: Config, fixed: dict[str, Any], world: Scene, agent: Agent, folder: Path, unit: int = 1) -> Prober:
+def prober(settings: Config, fixed: dict[str, Any], world: Scene | RealFloor, agent: Agent, folder: Path,
+           unit: int = 1) -> Prober:
     """The prober of the run in `folder`. fixed: its fixed.json; unit: episodes or iterations that probe_every counts.
 
     The probe is in the folder `probes` beside the run. An agent without a world model gets a line, and is not measured.
@@ -44,6 +46,9 @@ def prober(settings: Config, fixed: dict[str, Any], world: Scene, agent: Agent, 
         say(f"agent={settings.agent.name} has no world model, so results.probe_every={every} measures nothing.")
     if not every or not agent.has_model:
         return Prober(agent, 0, None)
+    if not isinstance(world, Scene):
+        raise ConfigError(f"results.probe_every={every} needs a simulated world, from whose true map a probe is drawn. "
+                          "Set results.probe_every=0.")
     path = folder.parent / "probes" / probe_name(settings.env.name, fixed, agent.every)
     return Prober(agent, every * unit, probe_cache.kept(path, lambda: walks.draw(world, agent.every)))
 

@@ -16,7 +16,7 @@ def make(own: settings.CuriousMapper, setup: Setup) -> Agent:
     from curionav_cli.agents.curious_mapper.agent import CuriousMapper
     from curionav_cli.agents.curious_mapper.driver import Driver
     from curionav_cli.agents.curious_mapper.memory import SurpriseMemory
-    from curionav_cli.agents.mapper.camera import DepthCamera
+    from curionav_cli.robot.depth_camera import DepthCamera
 
     scene = setup.scene
     memory = SurpriseMemory(scene.plan.cell, own.reach, scene.plan.radius, own.sight, own.optimism)

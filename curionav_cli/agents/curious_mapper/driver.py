@@ -11,8 +11,8 @@ from curionav_cli.agents.curious_mapper.foraging import best_way, within_reach
 from curionav_cli.agents.curious_mapper.memory import SurpriseMemory
 from curionav_cli.agents.curious_mapper.settings import Surprise
 from curionav_cli.agents.mapper.agent import Mapper
-from curionav_cli.agents.mapper.camera import DepthCamera
 from curionav_cli.records import Pose
+from curionav_cli.robot.depth_camera import DepthCamera
 
 AGAIN = 10  # actions of a way, after which it is planned anew
 

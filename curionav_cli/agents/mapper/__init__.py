@@ -14,8 +14,8 @@ if TYPE_CHECKING:
 def make(own: settings.Mapper, setup: Setup) -> Agent:
     """The agent gets numbers of its own robot: camera, radius, and the side of the cells that coverage counts."""
     from curionav_cli.agents.mapper.agent import Mapper
-    from curionav_cli.agents.mapper.camera import DepthCamera
     from curionav_cli.agents.mapper.memory import Memory
+    from curionav_cli.robot.depth_camera import DepthCamera
 
     scene = setup.scene
     camera = DepthCamera(scene.fov, scene.camera, scene.agent_height)

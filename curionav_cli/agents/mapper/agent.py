@@ -17,12 +17,12 @@ import numpy as np
 
 from curionav_cli.agents.agent import Agent
 from curionav_cli.agents.lattice import Lattice
-from curionav_cli.agents.mapper.camera import DepthCamera
 from curionav_cli.agents.mapper.goals import GOALS
 from curionav_cli.agents.mapper.memory import Memory
 from curionav_cli.constants import ACTIONS, FORWARD, HEADINGS
 from curionav_cli.files import read_arrays, read_json, write_arrays
 from curionav_cli.records import Pose
+from curionav_cli.robot.depth_camera import DepthCamera
 from curionav_cli.robot.measurements import Scan
 from curionav_cli.world.motion import YAW
 
@@ -123,4 +123,7 @@ class Mapper(Agent):
 
 def lidar(info: dict[str, Any]) -> Scan | None:
     """The LiDAR's scan in the info of a robot that has one; None for another."""
-    return Scan(*info["lidar"], 0.0) if "lidar" in info else None
+    if "lidar" not in info:
+        return None
+    bearing, length = info["lidar"]
+    return Scan(bearing, length, 0.0)

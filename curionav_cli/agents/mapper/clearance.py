@@ -45,8 +45,9 @@ class Clearance:
         """Count what is occupied now, (rows, columns) bool; the flat indices of cells that came too near to it."""
         changed = np.flatnonzero(self._held != occupied)
         come = occupied.reshape(-1)[changed]
-        self._add(*np.divmod(changed[~come], occupied.shape[1]), -1)
-        near = self._add(*np.divmod(changed[come], occupied.shape[1]), 1)
+        row, column = np.divmod(changed, occupied.shape[1])
+        self._add(row[~come], column[~come], -1)
+        near = self._add(row[come], column[come], 1)
         self._held = occupied.copy()
         return near
 

@@ -86,7 +86,7 @@ class Memory:
         along = np.stack([np.sin(angle), np.cos(angle)], 1)  # (n, 2) row, column
         at = (along * scan.range[hit, None] + (pose.y - self.map.corner[1], pose.x - self.map.corner[0])) / self.cell
         cell = np.floor(at + along * (INSIDE / self.cell)).astype(np.int64)
-        self.clearance.note(*cell.T, at - cell - 0.5)
+        self.clearance.note(cell[:, 0], cell[:, 1], at - cell - 0.5)
 
     def _follow(self) -> None:
         """Obstacles changed: what came within the robot's radius of cells that moves went through closes them."""

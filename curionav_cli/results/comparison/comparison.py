@@ -78,7 +78,7 @@ def compare(runs: Sequence[RunSummary]) -> Comparison:
 
 def duplicates(names: dict[RunSummary, tuple[str, str]]) -> dict[RunSummary, str]:
     """Find runs that another stands for already: whole ones and long ones stand first."""
-    first: dict[tuple[str, str, int], RunSummary] = {}
+    first: dict[tuple[str, str, int | str], RunSummary] = {}
     for run in sorted(names, key=lambda run: (not run.whole, -run.steps)):
         first.setdefault((*names[run], run.seed), run)
     return {run: f"the same arm, environment and seed as {first[*names[run], run.seed].folder}"

@@ -110,9 +110,9 @@ def store(b, texels, far, work, ints, words, depth):
         green = np.uint32(np.uint32(texel & GREEN) * shade) >> EIGHT
         ints[TEXEL + p] = np.int32(np.uint32(red_blue & RED_BLUE) | np.uint32(green & GREEN))
     for four in range(FOURS):
-        p, word = TEXEL + FOUR * four, THREE * four
-        first, second = np.uint32(ints[p]), np.uint32(ints[p + ONE])
-        third, fourth = np.uint32(ints[p + TWO]), np.uint32(ints[p + THREE])
+        at, word = TEXEL + FOUR * four, THREE * four
+        first, second = np.uint32(ints[at]), np.uint32(ints[at + ONE])
+        third, fourth = np.uint32(ints[at + TWO]), np.uint32(ints[at + THREE])
         words[b, word] = first | second << np.uint32(24)
         words[b, word + ONE] = second >> EIGHT | third << np.uint32(16)
         words[b, word + TWO] = third >> np.uint32(16) | fourth << EIGHT

@@ -12,11 +12,11 @@ import pytest
 
 import curionav_cli
 from curionav_cli.agents.mapper.agent import Mapper
-from curionav_cli.agents.mapper.camera import DepthCamera
 from curionav_cli.agents.mapper.goals import GOALS, frontiers
 from curionav_cli.agents.mapper.memory import Memory
 from curionav_cli.constants import FORWARD
 from curionav_cli.records import Pose
+from curionav_cli.robot.depth_camera import DepthCamera
 from curionav_cli.robot.measurements import Scan
 from curionav_cli.world.env import NavigationEnv
 from curionav_cli.world.scene.scene import Scene

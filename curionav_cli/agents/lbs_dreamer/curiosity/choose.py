@@ -10,7 +10,7 @@ from curionav_cli.agents.one_class import one_class
 
 def kind(name: settings.Curiosity) -> type[Curiosity]:
     """Return the class in the file of this name. Another one is a file here and a line in settings.Curiosity."""
-    return one_class(__package__, name.value, Curiosity)
+    return one_class(__package__, name.value, Curiosity)  # type: ignore[type-abstract]
 
 
 def curiosity(hyper: settings.LBSDreamer, rssm: RSSM) -> Curiosity:
