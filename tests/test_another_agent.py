@@ -9,13 +9,15 @@ from entry import Cli
 
 from curionav_cli.agents.registry import AGENTS, Registered
 
+pytestmark = pytest.mark.usefixtures("blank_figures")
+
 PACKAGE = '''
 from dataclasses import dataclass
 
 from curionav_cli.agents.agent import Agent
 from curionav_cli.bounds import within
 
-pytestmark = pytest.mark.usefixtures("blank_figures")
+
 @dataclass(frozen=True)
 class Settings:
     """Turns left every so many steps."""

@@ -103,7 +103,6 @@ def draw(run: RunFolder) -> None:
     from curionav_cli.results.prediction import (
         figures as prediction_figures,  # matplotlib is loaded once there is something to draw
     )
-    from curionav_cli.results.probing import figures as probe_figures
     from curionav_cli.results.runs import Run
 
     result = Run(run)
@@ -111,7 +110,10 @@ def draw(run: RunFolder) -> None:
     plots.save(plots.heatmap(result.coverage, f"{result.label}\n{share}"), run.figures / "heatmap.png")
     plots.save(plots.curves([result], result.label), run.figures / "coverage.png")
     prediction_figures.draw(result, run.figures)
-    probe_figures.draw(run.path, run.figures, (result.env, result.agent))
+    if any("probe" in row for row in run.metrics()):
+        from curionav_cli.results.probing import figures as probe_figures  # it loads scipy.stats
+
+        probe_figures.draw(run.path, run.figures, (result.env, result.agent))
     if paths := beliefs.paths(result):
         plots.save(paths, run.figures / "beliefs.png")
     row = {**result.row(), "state": "done"}

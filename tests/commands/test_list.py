@@ -46,7 +46,7 @@ def test_every_environment_with_its_size(cli: Cli) -> None:
 def test_agents_with_a_line_each(cli: Cli) -> None:
     out = cli("list", "agent").out
     assert "Latent Bayesian Surprise as intrinsic reward" in row(out, "lbs_dreamer")
-    assert "Each action with the same probability" in row(out, "random")
+    assert "Each action, or each option, with the same probability" in row(out, "random")
     assert "Minutes on two cores" in cli("list", "scale").out
 
 
