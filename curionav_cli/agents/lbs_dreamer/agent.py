@@ -118,7 +118,7 @@ class LBSDreamer(Agent):
         return outputs
 
     def report(self) -> dict[str, float]:
-        """The mean entropy of planned choices in nats, of the last episode; that of the actor is told by `learn`."""
+        """The mean entropy of planned choices in nats, of the last episode; `learn` reports that of the actor."""
         return {"plan_entropy": float(latent.entropy(torch.cat(self.plans)).mean())} if self.plans else {}
 
     @torch.inference_mode()
