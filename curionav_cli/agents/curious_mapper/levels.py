@@ -14,9 +14,9 @@ class Levels:
     """The newest measurements, and those of first sights as multiples of what was usual then.
 
     recent, first: (n,) float32, n <= KEPT, oldest first. pairs: (5,) this episode's sums of 1, x, y, x x and x y, where
-    x is what the map remembered of a place and y what was then measured there. scatter: (2,) of ended episodes, the sums
-    of squares of x and of products of x and y about the means of their own episode. fade: by how much a place's surprise
-    changes when the model has learned from an episode that saw it.
+    x is what the map remembered of a place and y what was then measured there. scatter: (2,) of ended episodes, the
+    sums of squares of x and of products of x and y, about the means of their own episode. fade: by how much a place's
+    surprise changes when the model has learned from an episode that saw it.
     """
 
     SAVED = ("recent", "first", "pairs", "scatter", "fading")

@@ -107,7 +107,7 @@ def test_a_new_place_is_worth_what_first_sights_were() -> None:
 
 
 def test_surprise_that_falls_everywhere_as_the_model_learns_says_nothing_of_places() -> None:
-    """What is remembered and what is measured fall together over ten episodes, and within each have nothing in common."""
+    """Remembered and measured fall together over ten episodes, and within each have nothing in common."""
     rng, levels = np.random.default_rng(0), Levels(0.9)
     seen = []
     for level in range(10, 0, -1):
