@@ -12,7 +12,7 @@ from pathlib import Path
 
 import numpy as np
 
-from curionav_cli.constants import IMAGE_SHAPE
+from curionav_cli.constants import FORWARD, IMAGE_SHAPE, STEP_LENGTH
 from curionav_cli.errors import RunFolderError
 from curionav_cli.files import read_arrays, write_arrays
 
@@ -34,6 +34,18 @@ class Probe:
 
     def __len__(self) -> int:
         return len(self.action)
+
+    @cached_property
+    def free(self) -> np.ndarray:
+        """(N, H) bool: the frames after the context that no blocked forward move since then has led to.
+
+        All are where the actions are options: to drive until something is in the way is one.
+        """
+        if not self.every:
+            return np.ones((len(self), self.action.shape[1] + 1 - CONTEXT), bool)
+        driven = np.hypot(*np.moveaxis(np.diff(self.pose[:, CONTEXT - 1:, :2], axis=1), -1, 0))
+        blocked = (self.action[:, CONTEXT - 1:] == FORWARD) & (driven < self.every * STEP_LENGTH - 1e-6)
+        return ~np.logical_or.accumulate(blocked, axis=1)
 
     @cached_property
     def checksum(self) -> str:
@@ -65,12 +77,17 @@ class Probed:
         error     mean over pixels and colours of (x' - x)^2
         repeat    the same with the last frame of the context for x'; it depends on the probe alone
         surprise  KL[q || p] in nats, summed over the latents
+
+    free: the frames that no blocked move led to (Probe.free). An explorer that avoids walls teaches little about them.
     """
 
     error: np.ndarray
     repeat: np.ndarray
     surprise: np.ndarray
+    free: np.ndarray
 
     def metrics(self) -> dict[str, float]:
-        """The three means over all sequences and frames, for metrics.jsonl."""
-        return {f"probe_{key}": float(values.mean(dtype=np.float64)) for key, values in vars(self).items()}
+        """Means for metrics.jsonl: of each over all sequences and frames, and of the error over the free frames."""
+        of = {**vars(self), "error_free": self.error[self.free]}
+        del of["free"]
+        return {f"probe_{key}": float(values.mean(dtype=np.float64)) for key, values in of.items() if values.size}

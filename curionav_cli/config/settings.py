@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from copy import deepcopy
+from dataclasses import fields
 from pathlib import Path
 from typing import Any
 
@@ -18,6 +19,7 @@ from curionav_cli.config.sources import MAIN, ROBOTS, conf_dir, writable
 from curionav_cli.config.suggestions import in_words, type_of
 from curionav_cli.errors import ConfigError, RunFolderError
 from curionav_cli.safe_yaml import refuse_bomb
+from curionav_cli.storage.older_runs import held
 from curionav_cli.world.settings import Live
 
 
@@ -64,11 +66,12 @@ def read_settings(path: Path, changes: Sequence[str] = ()) -> Config:
         recorded = OmegaConf.create(yaml.safe_load(text))
         node = writable(Config)
         node.merge_with(newer())
-        node["agent"] = writable(AGENTS[recorded.agent.name].settings)
+        agent = AGENTS[recorded.agent.name].settings
+        node["agent"] = writable(agent)
         node["robot"] = writable(ROBOTS[recorded.robot.name])
         if "floor" in recorded.env:
             node["env"] = writable(Live)
-        node.merge_with({"agent": OLDER.get(recorded.agent.name, {})}, recorded)
+        node.merge_with({"agent": held("agent", [field.name for field in fields(agent)])}, recorded)
         settings = as_settings(node)
     except OSError as error:
         raise RunFolderError(f"{path} cannot be read ({error.strerror}). Name the folder of a run.") from error
@@ -77,11 +80,6 @@ def read_settings(path: Path, changes: Sequence[str] = ()) -> Config:
         line = next(iter(str(error).splitlines()), type(error).__name__)
         raise RunFolderError(f"{path} does not hold the settings of a run: {line}") from error
     return changed(node, changes) if changes else settings
-
-
-OLDER = {"lbs_dreamer": {"action_repeat": 1, "options": "none", "behaviour": "actor", "plan_depth": 2,
-                         "plan_samples": 8, "plan_temperature": 0.03},
-         "random": {"options": "none"}}  # what held before these could be set
 
 
 def newer() -> dict[str, Any]:

@@ -1,4 +1,10 @@
-"""Evaluate: a trained agent acts in an environment and does not learn; its run folder is like that of explore."""
+"""Evaluate: a trained agent acts in an environment and does not learn; its run folder is like that of explore.
+
+weights=RUN names the trained run. Its newest checkpoint is read by the agent's `load_weights` (networks alone, not
+counts, maps or random state); its settings were put in place by commands/evaluate.py. A broken newest checkpoint is an
+error: an older one is not taken instead. What was loaded is recorded among the fixed settings by its checksums, so that
+a resumed evaluation is refused where RUN has learned on.
+"""
 
 from __future__ import annotations
 

@@ -41,7 +41,7 @@ class LiveBase:
         self.metres = 0.0
 
     def pause(self) -> None:
-        """Let a moment pass. Raises Fault where the robot must stop."""
+        """Let a moment pass. Raises Fault where the robot must stop: safety.py lists the causes."""
         self.clock.sleep(PERIOD)
         self.follow()
         if not self.transport.is_alive():

@@ -1,4 +1,19 @@
-"""When the robot must stop: a fault of the connection, of a sensor or of the odometry."""
+"""When the robot must stop, and faults: of the connection, of a sensor, of the odometry.
+
+A move is refused or cut short, and the episode goes on:
+    the way ahead shows an obstacle, or leaves the geofence     env.py (_forward)
+    a bumper, a cliff, a wheel drop, a stall; in moves ahead    wheels.py (touched)
+    its time is over                                            wheels.py (limit)
+
+The wheels stop and the episode ends, by a Fault, which every moment of a move looks for (LiveBase.pause):
+    the connection is lost                                      base.py (pause)
+    a message cannot be used, a topic is silent                 sensors.py (check)
+    the odometry jumps (Displaced: a person is asked)           travel.py (check)
+What catches it is env.py (step, _close_episode); between episodes `reset`, and the run ends with RunFailed.
+
+The episode ends where the battery is down to the reserve: env.py (_battery_low). Any other exception, Ctrl-C and
+SIGTERM (execution/interrupts.py) among them, stops the wheels on its way through `step`, `reset` and Wheels.act.
+"""
 
 from __future__ import annotations
 

@@ -22,6 +22,7 @@ from typing import Any
 
 from curionav_cli.errors import RunFolderError, SoundnessWarning
 from curionav_cli.files import CRC32, read_json
+from curionav_cli.storage.older_runs import HELD
 
 KEPT = 2
 CHECKSUMS = "checksums.json"
@@ -108,9 +109,7 @@ def refuse_broken(folder: Path) -> None:
             raise RunFolderError(f"{folder / name} is not whole (its checksum is another one). Restore it from a copy.")
 
 
-NEWER = {"agent.action_repeat": 1, "env.scale_occupied": 100, "agent.options": "none", "agent.behaviour": "actor",
-         "agent.plan_depth": 2, "agent.plan_samples": 8, "agent.plan_temperature": 0.03}  # as before they were settings
-SAME = {f"{key} was null, now {json.dumps(value)}" for key, value in NEWER.items()}
+SAME = {f"{key} was null, now {json.dumps(value)}" for key, value in HELD.items()}  # no change since an older version
 
 
 def refuse_changes(run: Path, was: dict[str, Any], now: dict[str, Any]) -> None:

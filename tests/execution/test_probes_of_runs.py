@@ -29,7 +29,7 @@ from curionav_cli.world import walks
 
 TINY = tuple(word for word in LEARNER if not word.startswith("loop."))
 SHORT = (*(word for word in LEARNER if not word.startswith("loop.episodes")), "loop.episodes=2")
-PROBED = {"probe", "probe_error", "probe_repeat", "probe_surprise"}
+PROBED = {"probe", "probe_error", "probe_error_free", "probe_repeat", "probe_surprise"}
 
 
 @pytest.fixture(autouse=True)

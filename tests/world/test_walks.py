@@ -10,7 +10,7 @@ import pytest
 from curionav_cli.constants import FORWARD, LEFT, RIGHT, STEP_LENGTH, TURN_ANGLE
 from curionav_cli.decisions import EACH_STEP, Steps
 from curionav_cli.options import Options
-from curionav_cli.probe import Probe
+from curionav_cli.probe import CONTEXT, Probe
 from curionav_cli.world import walks
 from curionav_cli.world.env import NavigationEnv
 from curionav_cli.world.scene.scene import Scene
@@ -47,6 +47,18 @@ def test_starts_are_spread_evenly_over_the_visitable_cells(room: Scene, monkeypa
     visits = visits[room.plan.visitable.ravel()]
     assert 0.85 < ((visits - 50) ** 2 / 50).mean() < 1.15  # a chi square for each cell: 1
     assert np.bincount(heading, minlength=36).min() > 0.8 * len(x) / 36
+
+
+def test_frames_are_free_until_a_move_is_blocked(room: Scene, few: None) -> None:
+    """Counted again frame by frame, with the actions held for two steps; of options all frames are free."""
+    for every in (EACH_STEP, Steps(2)):
+        probe = walks.draw(room, every)
+        for pose, action, free in zip(probe.pose, probe.action, probe.free):
+            blocked = [step for step in range(CONTEXT - 1, 16) if action[step] == FORWARD
+                       and np.linalg.norm(pose[step + 1, :2] - pose[step, :2]) < every.held * STEP_LENGTH - 1e-6]
+            assert free.sum() == (blocked[0] + 1 if blocked else 17) - CONTEXT and sorted(free, reverse=True) == [*free]
+        assert not probe.free.all() and probe.free.any()
+    assert walks.draw(room, Options()).free.all()
 
 
 def test_a_sequence_moves_as_the_robot_does_and_sees_what_it_sees(room: Scene, few: None) -> None:

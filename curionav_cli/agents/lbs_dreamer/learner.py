@@ -143,6 +143,9 @@ class Learner:
     def update_behaviour(self, states: State, start_noise: Tensor, noise: Tensor) -> dict[str, Tensor]:
         """Equation (3): a step of the actor and one of the critic, on N rollouts imagined from states (T, B, ...).
 
+        The curiosity's reward of arriving in each imagined state, normalised (stream_norm.py), makes lambda returns
+        (returns.py): the critic's targets. The actor's advantages are these minus the slow critic's values
+        (behaviour.py).
         start_noise (T * B,) chooses the N states; noise (H, N, S + 1) draws latents and actions.
         """
         hyper, networks, behaviour = self.hyper, self.networks, self.networks.behaviour

@@ -31,7 +31,8 @@ def measure(model: WorldModel, probe: Probe, device: torch.device) -> Probed:
     predicted, surprise = zip(*(predict_and_filter(model, probe.image[at:at + AT_ONCE], led_to[at:at + AT_ONCE], rng,
                                                    device) for at in range(0, len(probe), AT_ONCE)))
     truth, seen = probe.image[:, CONTEXT:], probe.image[:, CONTEXT - 1:CONTEXT]
-    return Probed(squared_error(np.concatenate(predicted), truth), squared_error(seen, truth), np.concatenate(surprise))
+    return Probed(squared_error(np.concatenate(predicted), truth), squared_error(seen, truth), np.concatenate(surprise),
+                  probe.free)
 
 
 @torch.no_grad()

@@ -1,4 +1,8 @@
-"""Where each attempt begins: the staging pose first, then what the profile's recoveries say."""
+"""Where each attempt begins: the staging pose first, then what the profile's recoveries say.
+
+There is one attempt more than places in PLACES of the recoveries listed in docking.recoveries (conf/robot/): two with
+[restage].
+"""
 
 from __future__ import annotations
 

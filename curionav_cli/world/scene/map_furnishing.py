@@ -15,7 +15,7 @@ from scipy import ndimage
 from curionav_cli.world.scene.boxes import EAST, NORTH, SOUTH, WEST, Box
 from curionav_cli.world.scene.ground import Ground
 from curionav_cli.world.scene.layout import PLAIN, poster, room_at
-from curionav_cli.world.scene.reachability import CELLS, air
+from curionav_cli.world.scene.reachability import CELLS, clearance
 from curionav_cli.world.scene.rectangle_cover import cover, widened
 from curionav_cli.world.scene.scene_file import Lists
 from curionav_cli.world.scene.scene_format import Poster, Room, Solid
@@ -145,7 +145,7 @@ def rooms(free: np.ndarray, resolution: float) -> np.ndarray:
 
 def _nearest_room(free: np.ndarray, resolution: float) -> np.ndarray:
     """(rows, columns) int: for every cell the number of the room that is nearest."""
-    away = air(free)
+    away = clearance(free)
     core = np.zeros(free.shape, np.int32)
     for threshold in WIDTHS:
         wide = away * np.float64(resolution) > threshold
@@ -236,7 +236,7 @@ def _places(seen: np.ndarray, resolution: float, rng: np.random.Generator) -> li
 def _lamps(free: np.ndarray, resolution: float) -> tuple[tuple[float, float], ...]:
     """Ceiling lamps on a grid, where the free space is wide enough."""
     step = max(1, round(LAMP_SPACING / resolution))
-    width = air(free)[step // 2::step, step // 2::step].astype(np.float64) * resolution
+    width = clearance(free)[step // 2::step, step // 2::step].astype(np.float64) * resolution
     rows, columns = np.nonzero(width > 0.4)
     x, y = ((at * step + step // 2 + 0.5) * resolution for at in (columns, rows))
     return tuple(zip(x.tolist(), y.tolist(), strict=True))

@@ -1,7 +1,8 @@
 """The cells that a robot's centre can reach, as a mask on the coverage grid; needs no rendering.
 
 A cell is visitable when its centre is farther than the robot's radius from every solid box and from
-the outside of the scene, and a path of 4-neighbours leads to it from the start.
+the outside of the scene, and a path of 4-neighbours leads to it from the start. builder.py (_reach) asks for them, and
+trims those of a scene with `tune` to the number that its file promises (`visitable`).
 """
 
 from __future__ import annotations
@@ -69,7 +70,7 @@ def component(clear: np.ndarray, row: int, column: int) -> np.ndarray:
     return (label == label[row, column]) & clear & clear[row, column]
 
 
-def air(clear: np.ndarray) -> np.ndarray:
+def clearance(clear: np.ndarray) -> np.ndarray:
     """(rows, columns) float32: distance, in cells, to the nearest centre outside the mask or the grid."""
     padded = np.pad(clear, 1).view(np.uint8)
     return cv2.distanceTransform(padded, cv2.DIST_L2, cv2.DIST_MASK_PRECISE)[1:-1, 1:-1]
@@ -85,7 +86,7 @@ def largest_component(clear: np.ndarray) -> np.ndarray:
 
 def roomiest(clear: np.ndarray) -> tuple[int, int]:
     """The cell of this mask that is farthest from its complement; ties go to the lowest row, then column."""
-    row, column = np.unravel_index(int(np.argmax(air(clear))), clear.shape)
+    row, column = np.unravel_index(int(np.argmax(clearance(clear))), clear.shape)
     return int(row), int(column)
 
 

@@ -24,7 +24,7 @@ from curionav_cli.world.scene.map_file import MapFile, MapWarning, read_map_file
 from curionav_cli.world.scene.map_furnishing import furnish
 from curionav_cli.world.scene.map_greys import BLOCK
 from curionav_cli.world.scene.map_image import read_image
-from curionav_cli.world.scene.reachability import CELLS, air, largest_component, whole_cells
+from curionav_cli.world.scene.reachability import CELLS, clearance, largest_component, whole_cells
 from curionav_cli.world.scene.scene_file import Lists
 from curionav_cli.world.settings import Env
 
@@ -143,7 +143,7 @@ def _reachable_part(free: np.ndarray, resolution: float, env: Env) -> np.ndarray
         row, column = (math.floor(at / resolution) for at in (env.start[1], env.start[0]))
         if 0 <= row < free.shape[0] and 0 <= column < free.shape[1] and free[row, column]:
             return label == label[row, column]
-    wide = air(free) > env.radius / resolution + 0.5
+    wide = clearance(free) > env.radius / resolution + 0.5
     seed = np.argmax(largest_component(wide if wide.any() else free))
     return label == label.flat[seed]
 

@@ -106,6 +106,19 @@ def test_a_new_place_is_worth_what_first_sights_were() -> None:
     assert worth.min() == worth.max() == pytest.approx(2.0 * 1.8)
 
 
+def test_surprise_that_falls_everywhere_as_the_model_learns_says_nothing_of_places() -> None:
+    """Remembered and measured fall together over ten episodes, and within each have nothing in common."""
+    rng, levels = np.random.default_rng(0), Levels(0.9)
+    seen = []
+    for level in range(10, 0, -1):
+        for remembered, measured in rng.normal(level, 0.1, (50, 2)):
+            levels.met_again(remembered, measured)
+            seen.append((remembered, measured))
+        levels.end_of_episode()
+    assert np.polyfit(*np.array(seen).T, 1)[0] > 0.95, "over all episodes they seem to agree"
+    assert levels.trust < 0.1
+
+
 def test_a_map_whose_differences_are_not_found_again_makes_no_difference() -> None:
     rng = np.random.default_rng(0)
     true, idle = memory(), memory()

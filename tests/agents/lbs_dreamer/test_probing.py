@@ -7,7 +7,7 @@ from torch.distributions import Categorical, kl_divergence
 
 from curionav_cli.agents.baselines import Random
 from curionav_cli.agents.lbs_dreamer import probing
-from curionav_cli.constants import Stream
+from curionav_cli.constants import FORWARD, STEP_LENGTH, Stream
 from curionav_cli.probe import CONTEXT, Probe
 
 
@@ -16,7 +16,11 @@ def probe(replay):
     """Six sequences of nine actions."""
     episodes = replay(6, 9)
     image, action = (np.stack([getattr(episodes.episode(n), key) for n in range(6)]) for key in ("image", "action"))
-    return Probe(image, action, np.zeros((6, 10, 3)), 1)
+    pose = np.zeros((6, 10, 3))
+    pose[..., 0] = STEP_LENGTH * np.arange(10)
+    pose[0, 7:] = pose[0, 6]  # what leads to frame 7 and later of the first sequence does not move
+    action[0, 6] = FORWARD
+    return Probe(image, action, pose, 1)
 
 
 def test_the_error_is_that_of_the_definition(agent, probe, monkeypatch):
@@ -29,7 +33,10 @@ def test_the_error_is_that_of_the_definition(agent, probe, monkeypatch):
     last = probe.image[:, CONTEXT - 1:CONTEXT] / 255
     np.testing.assert_allclose(seen.repeat, ((truth - last) ** 2).mean((2, 3, 4)), rtol=1e-5, atol=1e-9)
     assert seen.error.shape == seen.repeat.shape == seen.surprise.shape == (6, 5)
+    free = np.ones((6, 5), bool)
+    free[0, 7 - CONTEXT:] = False
     assert seen.metrics() == {"probe_error": pytest.approx(seen.error.mean()),
+                              "probe_error_free": pytest.approx(seen.error[free].mean()),
                               "probe_repeat": pytest.approx(seen.repeat.mean()),
                               "probe_surprise": pytest.approx(seen.surprise.mean())}
 

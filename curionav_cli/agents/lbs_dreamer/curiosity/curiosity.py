@@ -1,7 +1,7 @@
 """The contract of a curiosity, which gives the intrinsic reward, and the regression head that most of them are.
 
 A curiosity is fitted to steps of the replay that the world model has filtered (`loss`), and gives rewards to the states
-of imagined rollouts (`intrinsic_reward`), which actor and critic learn from (behaviour.py).
+of imagined rollouts (`intrinsic_reward`), which actor and critic learn from (learner.py, update_behaviour).
 
 Letters: T steps, B sequences, L steps of a window, F features, H horizon, N rollouts.
 """
