@@ -12,7 +12,7 @@ import curionav_cli
 LAYERS = (
     "errors", "constants", "geometry", "bounds", "safe_yaml", "files", "decisions", "options", "records",
     "probe", "world", "robot", "live", "storage", "agents", "remote", "loop", "results", "config", "build", "execution",
-    "commands", "app",
+    "commands", "api", "app",
 )
 LENT = {"torch": ("agents",), "hydra": ("config",), "omegaconf": ("config",), "matplotlib": ("results",),
         "roslibpy": ("live",)}
