@@ -72,6 +72,7 @@ def test_a_heavy_library_stays_in_its_layer(library: str) -> None:
 
 SCHEMA = ("bounds", "world/settings", "robot/settings", "robot/docking_settings", "agents/settings",
           "live/settings", "agents/lbs_dreamer/settings", "agents/curious_mapper/settings", "agents/cbet/settings",
+          "agents/sb3/settings",
           "remote/settings", "results/settings", "config/schema")
 
 

@@ -69,7 +69,7 @@ def without(words: Iterable[str], key: str) -> list[str]:
 
 def unless_given(words: Iterable[str], given: Collection[str]) -> list[str]:
     """The words whose keys are not given."""
-    return [word for word in words if word.partition("=")[0] not in given]
+    return [word for word in words if word.partition("=")[0].lstrip("+") not in given]
 
 
 def settings_of(paths: Iterable[Path]) -> dict[str, Config]:
@@ -89,13 +89,14 @@ def settings_of(paths: Iterable[Path]) -> dict[str, Config]:
 def as_words(request: Request, settings: Config, groups: Sequence[str]) -> list[str]:
     """Scale, agent and these groups of a run as overrides: [scale=..., agent=..., agent.lr=..., env=...].
 
-    Of a group only what differs from its file is among them.
+    Of a group only what differs from its file is among them; + is before keys that the file does not have.
     """
     groups = ["agent", *groups]
     words = [f"scale={settings.scale.value}", *(f"{group}={getattr(settings, group).name}" for group in groups)]
     recorded, files = plain(settings), plain(composed("evaluate", *words, config_dirs=request.config_dirs))
-    return words + [f"{key}={value}" for group in groups for key, value in leaves(recorded[group], group).items()
-                    if value != leaves(files[group], group).get(key)]
+    held = {key: value for group in groups for key, value in leaves(files[group], group).items()}
+    return words + [f"{'' if key in held else '+'}{key}={value}" for group in groups
+                    for key, value in leaves(recorded[group], group).items() if value != held.get(key)]
 
 
 def plain(settings: Config) -> dict[str, Any]:

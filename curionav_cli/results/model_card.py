@@ -37,10 +37,10 @@ def readme(run: Run, card: dict[str, Any], licence: str | None, figures: Sequenc
 
 def about(run: Run, card: dict[str, Any]) -> list[tuple[str, str]]:
     """Name and value of what is known of the training; of curionav train no coverage, as it runs no episodes."""
-    settings = run.config
+    settings, unit = run.config, card["unit"].removesuffix("s" if card["done"] == 1 else "")
     facts = [("world", card["env"]), ("robot", settings["robot"]["name"]),
-             ("training", f"{card['done']:,} {card['unit'].removesuffix('s' * (card['done'] == 1))}" + (f" of {card['steps']:,} steps in all" if card["steps"]
-                                                                 else " on stored episodes")),
+             ("training", f"{card['done']:,} {unit}" + (f" of {card['steps']:,} steps in all" if card["steps"]
+                                                         else " on stored episodes")),
              ("seed, preset", f"{settings['seed']}, {settings['scale']}")]
     last: dict[str, Any] = next(reversed(run.folder.metrics()), {})
     if card["unit"] == "episodes":
