@@ -93,7 +93,7 @@ help:
 	@echo "               one of them: make $(FIGURES) $(TABLES)"
 	@echo "make comparison  ours, C-BET and the baselines: SCALE=cpu, five seeds, hours"
 	@echo "make test      set up, then run the tests, two files at a time (WORKERS=4: four)"
-	@echo "make clients   install Stable-Baselines3, torchrl and Minari too, and train with them in every world"
+	@echo "make clients   install Stable-Baselines3, torchrl, tianshou and Minari too, and train with them in every world"
 	@echo "make ros-peer  install a simulated ROS 2 robot and rosbridge server, and test robot=rosbridge on them"
 	@echo "make setup     virtual environment in .venv, versions pinned by constraints.txt"
 	@echo "make lint      ruff and mypy"
@@ -198,9 +198,12 @@ endif
 test: $(READY)
 	.venv/bin/python -m pytest -q -n $(WORKERS) --dist loadfile
 
+# Without its dependencies: it asks for virtualenv<21, which it does not import and whose filelock is not torch's here.
+TIANSHOU = tianshou sensai-utils pettingzoo deepdiff ordered-set overrides pandas pytz
 clients: $(READY)
 	.venv/bin/pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[dev,clients]'
-	.venv/bin/python -m pytest -q -m clients tests/clients
+	.venv/bin/pip install --quiet --disable-pip-version-check -c constraints.txt --no-deps $(TIANSHOU)
+	.venv/bin/python -m pytest -q -m clients tests/clients tests/agents/sb3
 
 # A real robot in ROS 2 that is not ours, in an environment of its own: these wheels run code in every Python they are in.
 PEERS = .peers/venv

@@ -87,7 +87,7 @@ def test_it_stops_at_a_wall_and_turns_there() -> None:
 def test_an_action_outside_of_the_space_is_refused(action: object) -> None:
     env = room(action="continuous", disable_env_checker=True)
     env.reset(seed=0)
-    with pytest.raises(ValueError, match="no forward speed from 0 to 0.4167 m/s and turn rate from -1 to 1 rad/s"):
+    with pytest.raises(ValueError, match=r"no forward speed from 0 to 0.4167 m/s and turn rate from -1 to 1 rad/s"):
         env.step(np.array(action, np.float32))
 
 
