@@ -67,17 +67,33 @@ SWEEPS = ours theirs small large
 FIGURES = figure-apartments figure-small-room figure-large-lab figure-predictions figure-best figure-scenes figure-docking
 TABLES = table-hyperparameters table-sizes table-docking
 
-.PHONY: help setup explore controls teach test clients ros-peer lint clean figures cost comparison paper-vs-ours $(FIGURES) $(TABLES)
+# make pretrained: one agent for the three apartments, docs/card.md. Explorers record them, one agent learns from all.
+PRETRAINED = outputs/pretrained/$(SCALE)
+NAME ?= apartments$(if $(filter smoke,$(SCALE)),_smoke)
+APARTMENTS = env=apartment_0,apartment_1,apartment_2
+SIZED = agent=lbs_dreamer 'agent.decoder_channels=[24,16]'
+ifeq ($(SCALE),smoke)
+  RECORDED = loop.episodes=2 loop.steps=100 loop.iterations=2
+  LEARNED = loop.iterations=20
+  MEASURED = loop.episodes=1 loop.steps=100
+else
+  RECORDED = loop.episodes=100
+  LEARNED = loop.iterations=20000
+  MEASURED = loop.episodes=5
+endif
+
+.PHONY: help setup explore controls teach pretrained test clients ros-peer lint clean figures cost comparison paper-vs-ours $(FIGURES) $(TABLES)
 
 help:
 	@echo "make explore   set up, then run LBS Dreamer in a room, beside random and bounce"
 	@echo "make controls  does surprise beat its controls? hours; SCALE=smoke: minutes, a trial run"
 	@echo "make teach     what does each explorer teach a world model? hours; SCALE=smoke: minutes, a trial run"
+	@echo "make pretrained  an agent trained in the apartments, for curionav evaluate pretrained=apartments: an hour"
 	@echo "make figures   every figure and table of the paper: SCALE=smoke minutes, cpu hours, paper weeks on a GPU"
 	@echo "               one of them: make $(FIGURES) $(TABLES)"
 	@echo "make comparison  ours, C-BET and the baselines: SCALE=cpu, five seeds, hours"
 	@echo "make test      set up, then run the tests, two files at a time (WORKERS=4: four)"
-	@echo "make clients   install Stable-Baselines3, torchrl and Minari too, and train with them in every world"
+	@echo "make clients   install Stable-Baselines3, torchrl, tianshou and Minari too, and train with them in every world"
 	@echo "make ros-peer  install a simulated ROS 2 robot and rosbridge server, and test robot=rosbridge on them"
 	@echo "make setup     virtual environment in .venv, versions pinned by constraints.txt"
 	@echo "make lint      ruff and mypy"
@@ -169,12 +185,25 @@ paper-vs-ours: table-docking $(SWEEPS:%=$(RUNS)/%/.done)
 comparison: $(RUNS)/many/.done
 	$(CURIONAV) compare $(RUNS)/many baseline=random out=$(FIG)/comparison
 
+# About 3.8 MB. Time at SCALE=cpu: docs/card.md.
+pretrained: $(READY)
+ifeq ($(SCALE),paper)
+	@echo "SCALE=paper trains an agent of 50 MB, and weeks long. Choose SCALE=cpu or SCALE=smoke." >&2; exit 2
+endif
+	$(RUN) $(APARTMENTS) $(SIZED) $(RECORDED) hydra.sweep.dir=$(PRETRAINED)/explored
+	$(CURIONAV) train env=apartment_0 data=$(PRETRAINED)/explored $(SIZED) $(LEARNED) hydra.run.dir=$(PRETRAINED)/trained
+	$(CURIONAV) evaluate -m $(PRETRAINED)/trained $(APARTMENTS) $(MEASURED) hydra.sweep.dir=$(PRETRAINED)/evaluated
+	$(CURIONAV) card $(PRETRAINED)/trained $(PRETRAINED)/evaluated pretrained=$(NAME)
+
 test: $(READY)
 	.venv/bin/python -m pytest -q -n $(WORKERS) --dist loadfile
 
+# Without its dependencies: it asks for virtualenv<21, which it does not import and whose filelock is not torch's here.
+TIANSHOU = tianshou sensai-utils pettingzoo deepdiff ordered-set overrides pandas pytz
 clients: $(READY)
 	.venv/bin/pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[dev,clients]'
-	.venv/bin/python -m pytest -q -m clients tests/clients
+	.venv/bin/pip install --quiet --disable-pip-version-check -c constraints.txt --no-deps $(TIANSHOU)
+	.venv/bin/python -m pytest -q -m clients tests/clients tests/agents/sb3
 
 # A real robot in ROS 2 that is not ours, in an environment of its own: these wheels run code in every Python they are in.
 PEERS = .peers/venv

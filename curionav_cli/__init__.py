@@ -1,14 +1,35 @@
 """curionav: a robot learns to navigate from scratch with a world model and curiosity.
 
 Importing it, before or after gymnasium, registers curionav/SmallRoom-v0 and the other environments. gymnasium itself
-is not imported for that, which keeps --help and completions quick.
+is not imported for that, which keeps --help and completions quick; so are the functions of api.py (docs/python.md),
+which are imported when one of them is named.
 """
 
 import sys
 from importlib.machinery import ModuleSpec
 from types import ModuleType
+from typing import TYPE_CHECKING, Any
+
+from curionav_cli.errors import UserError
+
+if TYPE_CHECKING:
+    from curionav_cli.api import batches, compose, explore, load_run, load_runs
 
 __version__ = "0.1.0"
+__all__ = ["UserError", "batches", "compose", "explore", "load_run", "load_runs"]
+
+
+def __getattr__(name: str) -> Any:
+    """Return a function of api.py, imported when it is first named (PEP 562)."""
+    if name not in __all__:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    from curionav_cli import api
+
+    return getattr(api, name)
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *__all__})
 
 
 class RegisterAfterGymnasium:

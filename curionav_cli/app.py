@@ -129,6 +129,13 @@ def compare(words: opt.CompareFolders = None, baseline: opt.Baseline = None, at:
     command_with_words("compare", words, baseline=baseline, at=at, marking=marking, denominator=denominator, out=out)
 
 
+@app.command()
+def card(words: opt.CardFolders = None, out: opt.CardOut = None, licence: opt.Licence = None,
+         pretrained: opt.Pretrained = None) -> None:
+    """Write a trained agent as a folder to take along: weights, settings, metrics, figures and a README."""
+    command_with_words("card", words, out=out, licence=licence, pretrained=pretrained)
+
+
 @app.command("map")
 def write_map(words: opt.MapFolder = None, out: opt.MapOut = None) -> None:
     """Write the map that a run's robot made as a ROS map (PGM and YAML), which env=map and Nav2 open."""

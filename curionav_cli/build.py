@@ -78,6 +78,9 @@ def check(settings: Config) -> None:
     if name not in AGENTS or not isinstance(settings.agent, AGENTS[name].settings):
         raise ConfigError(f"agent.name: {name!r} is not the name of this agent; choose an agent with agent=... "
                           f"In a preset of your own keep the name of its schema, one of {', '.join(AGENTS)}.")
+    missing = AGENTS[name].missing(settings.agent)
+    if missing:
+        raise ConfigError(missing)
     if settings.env.engine.value == "numba" and find_spec("numba") is None:
         raise ConfigError("env.engine=numba needs numba, which is not installed. "
                           "Set env.engine=numpy, or: .venv/bin/pip install -c constraints.txt -e '.[fast]'")

@@ -15,7 +15,8 @@ import pytest
 from entry import Cli
 from office import write_two_rooms
 
-from curionav_cli.commands import compare, coverage, doctor, init, listing, paper, resume, robot, runs
+from curionav_cli import build
+from curionav_cli.commands import card, compare, coverage, doctor, init, listing, paper, resume, robot, runs
 from curionav_cli.commands import map as map_command
 from curionav_cli.commands.arguments import one_of, sorted_out
 from curionav_cli.config import compose
@@ -27,7 +28,7 @@ ROOT = Path(__file__).resolve().parents[1]
 INDEX = ROOT / "docs" / "index.md"
 DOCS = sorted((ROOT / "docs").rglob("*.md"))
 PAGES = [ROOT / "README.md", *DOCS]
-TYPED = ("README.md", "docs/index.md", "docs/run-folder.md", "docs/maps.md", "docs/evaluate.md")
+TYPED = ("README.md", "docs/index.md", "docs/run-folder.md", "docs/maps.md", "docs/evaluate.md", "docs/card.md", "docs/sb3.md")
 FENCE = re.compile(r"^```.*?^```$", re.MULTILINE | re.DOTALL)
 LINK = re.compile(r"\]\(([^)\s]+)\)")
 
@@ -86,14 +87,20 @@ def typed(cli: Cli, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, an_episode,
     run = RunFolder(tmp_path / "outputs" / "DATE" / "RUN")
     run.create(settings_yaml(compose.composed("explore")), {"env": {"name": "small_room"}}, {}, a_plan())
     run.save_episode(0, replace(an_episode(steps=100), action=np.zeros(100, np.int64)))  # actions are held
-    (run.checkpoints / "000001").mkdir(parents=True)
-    (run.checkpoints / "000001" / "done").touch()
+    settings, weights = compose.composed("explore"), run.checkpoints / "000001"
+    weights.mkdir(parents=True)
+    build.agent(settings, build.world(settings)).save(weights)
+    (weights / "done").touch()
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+    for words in ([], ["pretrained=apartments"]):
+        card.run([str(run.path), *words])
+    shutil.copytree(run.path, tmp_path / "outputs" / "DATE" / "EVALUATION")
     for name in ("0_small_room_lbs_dreamer_0", "1_small_room_lbs_dreamer_1"):
         shutil.copytree(run.path, tmp_path / "outputs" / "DATE" / "SWEEP" / name)
     monkeypatch.setattr(launch, "run_plan", lambda *_: 0)
     monkeypatch.setattr(compose, "COMPOSED", 1)  # of a sweep each value once
     for name, module in {"coverage": coverage, "compare": compare, "runs": runs, "paper": paper,
-                         "map": map_command}.items():
+                         "map": map_command, "card": card}.items():
         monkeypatch.setattr(module, "run", lambda words, name=name, module=module: accepted(name, module, words))
     monkeypatch.setattr(resume, "run", resumable)
     monkeypatch.setattr(robot, "check", lambda profile, words, move: robot.settings_of(profile, words) and 0)

@@ -12,7 +12,7 @@ import curionav_cli
 LAYERS = (
     "errors", "constants", "geometry", "bounds", "safe_yaml", "files", "decisions", "options", "records",
     "probe", "world", "robot", "live", "storage", "agents", "remote", "loop", "results", "config", "build", "execution",
-    "commands", "app",
+    "commands", "api", "app",
 )
 LENT = {"torch": ("agents",), "hydra": ("config",), "omegaconf": ("config",), "matplotlib": ("results",),
         "roslibpy": ("live",)}
@@ -72,6 +72,7 @@ def test_a_heavy_library_stays_in_its_layer(library: str) -> None:
 
 SCHEMA = ("bounds", "world/settings", "robot/settings", "robot/docking_settings", "agents/settings",
           "live/settings", "agents/lbs_dreamer/settings", "agents/curious_mapper/settings", "agents/cbet/settings",
+          "agents/sb3/settings",
           "remote/settings", "results/settings", "config/schema")
 
 

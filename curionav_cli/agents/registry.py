@@ -10,11 +10,12 @@ from collections.abc import Callable
 from dataclasses import asdict
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from curionav_cli.agents import cbet, curious_mapper, lbs_dreamer, mapper, settings
+from curionav_cli.agents import cbet, curious_mapper, lbs_dreamer, mapper, sb3, settings
 from curionav_cli.agents.cbet.settings import CBET, CBETLifelong
 from curionav_cli.agents.curious_mapper.settings import CuriousMapper
 from curionav_cli.agents.lbs_dreamer.settings import LBSDreamer
 from curionav_cli.agents.mapper.settings import Mapper
+from curionav_cli.agents.sb3.settings import SB3
 from curionav_cli.agents.setup import Setup
 from curionav_cli.options import chosen
 
@@ -26,11 +27,13 @@ class Registered(NamedTuple):
     """The dataclass of an agent's settings, and the function that makes the agent from them.
 
     privileged: what of its settings needs a scene, which a real floor has not, with the cure; empty where nothing does.
+    missing: what it needs and is not installed, with the cure; empty where nothing is missing.
     """
 
     settings: type
     make: Callable[[Any, Setup], Agent]
     privileged: Callable[[Any], str] = lambda own: ""
+    missing: Callable[[Any], str] = lambda own: ""
 
 
 def random(own: settings.Random, setup: Setup) -> Agent:
@@ -73,4 +76,5 @@ AGENTS: dict[str, Registered] = {
     "lbs_dreamer": Registered(LBSDreamer, lbs_dreamer.make),
     "cbet": Registered(CBET, cbet.make, cbet.privileged),
     "cbet_lifelong": Registered(CBETLifelong, cbet.make, cbet.privileged),
+    "sb3": Registered(SB3, sb3.make, missing=sb3.missing),
 }

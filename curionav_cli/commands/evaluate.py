@@ -6,24 +6,20 @@ runs, of equal agents, are evaluated as a sweep.
 
 from __future__ import annotations
 
-import json
 import shlex
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-import yaml
-
-from curionav_cli.commands import explore
-from curionav_cli.config.compose import composed
+from curionav_cli.commands import explore, initial
 from curionav_cli.config.job import Outcome
 from curionav_cli.config.paths import quoted
 from curionav_cli.config.schema import Config, Learner
-from curionav_cli.config.settings import read_settings, settings_yaml
 from curionav_cli.errors import ConfigError
-from curionav_cli.execution.evaluation import evaluate, trained_in
+from curionav_cli.execution.evaluation import evaluate
 from curionav_cli.execution.launch import Request, launch
 from curionav_cli.execution.screen import a_console
+from curionav_cli.execution.trained import trained_in
 from curionav_cli.files import place
 from curionav_cli.storage.run_folder import RunFolder
 
@@ -38,69 +34,29 @@ def run(request: Request) -> int:
 
 
 def with_settings_of_runs(request: Request) -> Request:
-    """The request with weights=RUN and the settings of that run, in place of the folders among its words.
+    """The request with init=RUN and the settings of that run, in place of the folders among its words.
 
     Raises ConfigError where no run is named or their agents differ, RunFolderError where a run cannot be read.
     """
+    request = initial.with_pretrained(request)
     folders = [word for word in request.overrides if "=" not in word]
     words = [word for word in request.overrides if "=" in word]
-    keys = {word.partition("=")[0].lstrip("+~") for word in words}
-    if not folders and "weights" not in keys:
+    keys = initial.keys(words)
+    named = initial.folders(words)
+    if not folders and not named:
         raise ConfigError(NEEDS_RUN)
-    if not folders:  # a command that is given again, by curionav resume
+    if folders and named:
+        raise ConfigError("init=... and a folder name the trained run twice. Leave one out.")
+    if not folders and "agent" in keys:  # a command that is given again, by curionav resume
         return request
     own = sorted(key for key in keys if key in ("agent", "scale") or key.startswith("agent."))
-    if "weights" in keys:
-        raise ConfigError("weights=... and a folder name the trained run twice. Leave one out.")
     if own:
         raise ConfigError(f"{own[0]}=... is a setting of the trained agent. Leave it out.")
-    runs = {str(place(folder).resolve()): read_settings(trained_in(place(folder)).config) for folder in folders}
-    first, *others = runs.values()
-    for path, settings in runs.items():
-        if (settings.agent, settings.scale) != (first.agent, first.scale):
-            raise ConfigError(f"{path} has an agent of other settings than {next(iter(runs))}. "
-                              "Evaluate them one after the other.")
-    chosen = f"weights={','.join(map(quoted, runs)) if others else quoted(next(iter(runs)))}"
-    return replace(request, overrides=[chosen, *as_words(first, keys), *words],
-                   multirun=request.multirun or bool(others))
-
-
-def as_words(settings: Config, given: set[str]) -> list[str]:
-    """The settings of a run as overrides, but for groups that are given: [agent=..., agent.lr=..., env=...].
-
-    Of a group only what differs from its file is among them.
-    """
-    groups = ["agent", *(group for group in ("env", "robot") if group not in given)]
-    words = [f"scale={settings.scale.value}", *(f"{group}={getattr(settings, group).name}" for group in groups),
-             f"loop.steps={settings.loop.steps}", "loop.iterations=0"]
-    recorded, files = plain(settings), plain(composed("evaluate", *words))
-    return [word for word in words if word.partition("=")[0] not in given] + [
-        f"{key}={value}" for group in groups for key, value in leaves(recorded[group], group).items()
-        if value != leaves(files[group], group).get(key) and key not in given]
-
-
-def plain(settings: Config) -> dict[str, Any]:
-    """Nested dictionaries of plain values."""
-    return yaml.safe_load(settings_yaml(settings))
-
-
-def leaves(settings: dict[str, Any], prefix: str) -> dict[str, str]:
-    """Dotted keys with their values as Hydra's grammar has them; lists stay whole."""
-    found: dict[str, str] = {}
-    for key, value in settings.items():
-        found |= leaves(value, f"{prefix}.{key}") if isinstance(value, dict) else {f"{prefix}.{key}": literal(value)}
-    return found
-
-
-def literal(value: Any) -> str:
-    """A value in Hydra's grammar: text in quotes, lists and dictionaries by their items."""
-    if isinstance(value, str):
-        return quoted(value)
-    if isinstance(value, list):
-        return f"[{','.join(map(literal, value))}]"
-    if isinstance(value, dict):
-        return "{" + ",".join(f"{key}:{literal(item)}" for key, item in value.items()) + "}"
-    return json.dumps(value)
+    runs = initial.settings_of(map(place, folders or named))
+    first, groups = next(iter(runs.values())), [group for group in ("env", "robot") if group not in keys]
+    taken = [*initial.as_words(request, first, groups), f"loop.steps={first.loop.steps}", "loop.iterations=0"]
+    return replace(request, multirun=request.multirun or len(runs) > 1, overrides=[
+        f"init={','.join(map(quoted, runs))}", *initial.unless_given(taken, keys), *initial.without(words, "init")])
 
 
 def work(settings: Config, folder: Path) -> dict[str, Any]:
@@ -110,15 +66,15 @@ def work(settings: Config, folder: Path) -> dict[str, Any]:
 
 def check(settings: Config) -> None:
     """Check that there is a trained agent, and that nothing is learned. Raises UserError."""
-    if not settings.weights:
+    if not settings.init:
         raise ConfigError(NEEDS_RUN)
-    trained_in(Path(settings.weights))
+    trained_in(Path(settings.init))
     if settings.loop.iterations:
         raise ConfigError(f"loop.iterations={settings.loop.iterations} would train the agent, and evaluate does not. "
-                          f"To go on training: curionav resume {settings.weights} loop.episodes=...")
+                          f"To go on training: curionav resume {settings.init} loop.episodes=...")
     if settings.learner is Learner.remote:
         raise ConfigError("learner=remote has no meaning for curionav evaluate, which does not learn. Leave it out.")
-    explore.check(replace(settings, weights=None))
+    explore.check(replace(settings, init=None))
 
 
 def summary(folder: Path, outcomes: list[Outcome]) -> None:

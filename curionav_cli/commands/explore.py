@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from curionav_cli import build
+from curionav_cli.commands import initial
 from curionav_cli.config.job import Outcome
 from curionav_cli.config.schema import Config, Learner
 from curionav_cli.errors import ConfigError
@@ -18,7 +19,7 @@ from curionav_cli.live.settings import Rosbridge
 
 def run(request: Request) -> int:
     """Carry out the command; returns the exit code."""
-    return launch(request, work, summary, check, "coverage")
+    return launch(initial.with_agent_of(request), work, summary, check, "coverage")
 
 
 def work(settings: Config, folder: Path) -> dict[str, Any]:
@@ -30,12 +31,11 @@ def check(settings: Config) -> None:
     """Check what the schema cannot: that the scene loads and sequences fit into an episode. Raises UserError."""
     if settings.data:
         raise ConfigError("data=... is for curionav train; curionav explore records its own episodes. Leave it out.")
-    if settings.weights:
-        raise ConfigError("weights=... is for curionav evaluate, which does not learn. Leave it out.")
     build.check_reality(settings)
     world = build.world(settings)
     build.check(settings)
     build.refuse_privileged(settings, world)
+    initial.check(settings, world)
     build.check_lengths(settings)
     if isinstance(settings.robot, Rosbridge):
         from curionav_cli.live.connect import refuse_unreachable

@@ -78,6 +78,13 @@ CompareMarking = Annotated[str | None, option("compare", "marking", f"{MARKING} 
 CompareDenominator = Annotated[str | None, option("compare", "denominator", f"{DENOMINATOR} Default: visitable.")]
 CompareOut = Annotated[str | None, option("compare", "out", OUT)]
 
+CardFolders = Annotated[list[str] | None, folders(
+    "RUN [EVALUATION]", "The folder of a run that has learned, then those of its evaluations.")]
+CardOut = Annotated[str | None, option("card", "out", f"{OUT} Default: card in the run's.")]
+Licence = Annotated[str | None, option("card", "licence", "Of the weights, such as apache-2.0.")]
+Pretrained = Annotated[str | None, option(
+    "card", "pretrained", "Write into the user's cache, where evaluate pretrained=NAME finds it.")]
+
 MapFolder = Annotated[list[str] | None, folders("RUN", "The folder of one run, of agent=mapper or a docking robot.")]
 MapOut = Annotated[str | None, option("map", "out", f"{OUT} Default: the run's.")]
 

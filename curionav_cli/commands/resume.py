@@ -35,9 +35,9 @@ LONGER = "hydra.sweeper.n_trials"  # of a search, whose runs must stay equally l
 PINNED = ("hydra.sweep.dir", "hydra.run.dir", "hydra.mode")
 STORAGE = ("storage", *(f"remote.{field.name}" for field in fields(Remote)))  # where the storage is, and how it is used
 ROBOT = tuple(f"robot.{name}" for name in LINK)  # of a real one
-MAY_CHANGE = {"explore": ("loop.episodes", *ANY, "env.floor", *ROBOT, *STORAGE),
-              "train": ("loop.iterations", "data", *ANY, *STORAGE),
-              "dock": ("dock.requests", *ANY), "evaluate": ("loop.episodes", "weights", *ANY)}
+MAY_CHANGE = {"explore": ("loop.episodes", "init", *ANY, "env.floor", *ROBOT, *STORAGE),
+              "train": ("loop.iterations", "data", "init", *ANY, *STORAGE),
+              "dock": ("dock.requests", *ANY), "evaluate": ("loop.episodes", "init", *ANY)}
 COMMANDS = {"explore": explore, "train": train, "dock": dock, "evaluate": evaluate}
 
 

@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from curionav_cli import build
+from curionav_cli.commands import initial
 from curionav_cli.commands.summary import print_files, print_next
 from curionav_cli.config.job import Outcome
 from curionav_cli.config.schema import Config, Learner
@@ -28,7 +29,7 @@ from curionav_cli.storage.run_folder import RunFolder
 def run(request: Request) -> int:
     """Carry out the command; returns the exit code. --follow stands for remote.follow=true."""
     words = ["remote.follow=true" if word == "--follow" else word for word in request.overrides]
-    return launch(replace(request, overrides=words), work, summary, check)
+    return launch(initial.with_agent_of(replace(request, overrides=words)), work, summary, check)
 
 
 def work(settings: Config, folder: Path) -> dict[str, Any]:
@@ -55,7 +56,9 @@ def check(settings: Config) -> None:
     if recorded_in and settings.env.name not in recorded_in:
         raise ConfigError(f"data: {data} was recorded in {recorded_in[0]}, not in {settings.env.name}. "
                           f"Add env={recorded_in[0]}.")
-    agent = build.agent(settings, build.world(settings))
+    world = build.world(settings)
+    initial.check(settings, world)
+    agent = build.agent(settings, world)
     if not agent.learns or agent.on_policy:
         why = "learns only from the episode it has just run" if agent.learns else "does not learn"
         raise ConfigError(f"agent={settings.agent.name} {why}, so stored episodes cannot train it. "
@@ -69,6 +72,7 @@ def check(settings: Config) -> None:
 
 def check_server(settings: Config) -> None:
     """Check the settings of a training server. Raises UserError."""
+    initial.check(settings, build.world(settings))
     if settings.data:
         raise ConfigError("data=... and storage=... are two places to learn from. Give one of them.")
     if settings.learner is Learner.remote:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from itertools import islice, product
@@ -97,9 +97,9 @@ def compose(hydra: Hydra, mistakes: OverrideErrors, job: list[str]) -> tuple[Con
     return as_settings(config), chosen
 
 
-def composed(command: str, *words: str) -> Config:
+def composed(command: str, *words: str, config_dirs: Sequence[Path] = ()) -> Config:
     """The settings that `words` give to a command, as in composed("explore", "env=large_lab"). Raises ConfigError."""
-    with opened(command) as hydra:
+    with opened(command, *config_dirs) as hydra:
         return compose(hydra, OverrideErrors(hydra, words), list(words))[0]
 
 

@@ -16,7 +16,7 @@ from curionav_cli.config import catalogue
 from curionav_cli.config.schema import Config
 from curionav_cli.files import place
 
-SETTINGS = ("env.map", "env.overlay", "env.floor", "data", "weights", "storage", "hydra.run.dir", "hydra.sweep.dir")
+SETTINGS = ("env.map", "env.overlay", "env.floor", "data", "init", "storage", "hydra.run.dir", "hydra.sweep.dir")
 
 
 def as_typed(hydra: Hydra, word: str) -> str:
@@ -66,4 +66,4 @@ def rooted(settings: Config, start: Path) -> Config:
     files: dict[str, Any] = {name: absolute(getattr(settings.env, name)) for name in ("map", "overlay", "floor")
              if hasattr(settings.env, name)}
     env = replace(settings.env, **files)
-    return replace(settings, env=env, data=absolute(settings.data), weights=absolute(settings.weights))
+    return replace(settings, env=env, data=absolute(settings.data), init=absolute(settings.init))

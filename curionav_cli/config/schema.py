@@ -101,7 +101,7 @@ class Config:
     dock: Dock = field(default_factory=Dock)
     question: str | None = None  # of a sweep, in a sentence; it opens the page that compare writes
     logger: Logger = Logger.local  # runs of earlier versions do not record it
-    weights: str | None = None  # curionav evaluate: the folder of the run whose agent is evaluated
+    init: str | None = None  # the folder of a run or card: evaluate acts with its weights, explore and train begin so
     results: Results = field(default_factory=Results)
 
     def __post_init__(self) -> None:

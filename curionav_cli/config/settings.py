@@ -64,6 +64,8 @@ def read_settings(path: Path, changes: Sequence[str] = ()) -> Config:
         text = path.read_text()
         refuse_bomb(text)
         recorded = OmegaConf.create(yaml.safe_load(text))
+        if "weights" in recorded:  # the name of `init` in older evaluations
+            recorded.init = recorded.pop("weights")
         node = writable(Config)
         node.merge_with(newer())
         agent = AGENTS[recorded.agent.name].settings

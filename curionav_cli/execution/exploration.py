@@ -16,6 +16,7 @@ from curionav_cli.execution.precision import with_precision
 from curionav_cli.execution.probing import prober
 from curionav_cli.execution.progress import ExploreProgress, line
 from curionav_cli.execution.recorder import Recorder
+from curionav_cli.execution.trained import begin_from, initial
 from curionav_cli.files import refuse_broken
 from curionav_cli.loop import LocalLearner, run_episodes
 from curionav_cli.records import FloorPlan
@@ -49,9 +50,16 @@ class Exploration:
         self.remote = settings.learner is Learner.remote
         if self.remote:
             self.fixed["learner"] = "remote"
+        self.fixed |= self.initial()
+
+    def initial(self) -> dict[str, Any]:
+        """The weights that the run begins with, for fixed.json."""
+        return initial(self.settings, self.run)
 
     def agent(self) -> Agent:
-        return build.agent(self.settings, self.world)
+        agent = build.agent(self.settings, self.world)
+        begin_from(agent, self.settings, self.run)
+        return agent
 
     def env(self, first: int) -> build.Environment:
         """Build the environment, in the state that it has before episode `first`."""

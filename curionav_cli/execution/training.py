@@ -16,6 +16,7 @@ from curionav_cli.execution.precision import with_precision
 from curionav_cli.execution.probing import prober
 from curionav_cli.execution.progress import TrainProgress, line
 from curionav_cli.execution.recorder import TrainRecorder
+from curionav_cli.execution.trained import begin_from, initial
 from curionav_cli.files import read_json
 from curionav_cli.loop import train as learn
 from curionav_cli.storage import episodes
@@ -46,12 +47,15 @@ class Training:
         names = list(begun.get("episodes", ())) or episodes.names(self.data)
         self.fixed = fixed_settings(settings, self.world.plan)
         self.fixed["episodes"] = episodes.checksums(self.data, names)
+        self.fixed |= initial(settings, self.run)
 
     def agent(self) -> Agent:
-        return build.agent(self.settings, self.world)
+        agent = build.agent(self.settings, self.world)
+        begin_from(agent, self.settings, self.run)
+        return agent
 
     def create(self, about: dict[str, Any]) -> None:
-        about = {**about, "data": episodes.collected_by(self.data)}
+        about = {**about, "data": episodes.collected_by(self.data), "environments": episodes.environments(self.data)}
         self.run.create(settings_yaml(self.settings), self.fixed, about, plan=None)
 
     def verify(self, done: int) -> None:

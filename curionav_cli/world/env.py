@@ -19,6 +19,7 @@ from curionav_cli.world.reward import Reward
 from curionav_cli.world.scene.scene import Scene
 
 Observation = dict[str, np.ndarray]
+OBSERVATIONS = ("dict", "image")
 METADATA: dict[str, Any] = {"render_modes": ["rgb_array"], "render_fps": 10}
 
 
@@ -27,10 +28,21 @@ def actions() -> spaces.Discrete:
     return spaces.Discrete(len(ACTIONS))
 
 
-def observations() -> spaces.Dict:
-    """A new observation space: image (64, 64, 3) uint8, depth (64, 64) float32 metres."""
-    return spaces.Dict({"image": spaces.Box(0, 255, IMAGE_SHAPE, np.uint8),
-                        "depth": spaces.Box(0.0, FAR, IMAGE_SHAPE[:2], np.float32)})
+def observations(kind: str = "dict") -> spaces.Dict | spaces.Box:
+    """A new observation space: image (64, 64, 3) uint8 alone, or a dict with it and depth (64, 64) float32 metres.
+
+    Raises ValueError for another kind.
+    """
+    image = spaces.Box(0, 255, IMAGE_SHAPE, np.uint8)
+    if kind not in OBSERVATIONS:
+        raise ValueError(f"observation must be one of {', '.join(OBSERVATIONS)}, not {kind!r}.")
+    return image if kind == "image" else spaces.Dict({
+        "image": image, "depth": spaces.Box(0.0, FAR, IMAGE_SHAPE[:2], np.float32)})
+
+
+def seen(observation: Observation, kind: str) -> Any:
+    """An observation of this kind: the dict itself, or its image."""
+    return observation if kind == "dict" else observation["image"]
 
 
 class NavigationEnv(gymnasium.Env[Any, Any]):
@@ -42,21 +54,26 @@ class NavigationEnv(gymnasium.Env[Any, Any]):
     episode_index int64. `events`, a tuple of dicts: what changed in the world before this episode (objects, light).
     `reset(seed=s)` starts run s at the scene's start (options={"episode": k}: at its k-th episode), a plain `reset()`
     goes back to the start for the next episode; reset_mode="continue": see resets.EpisodeCounter. reward: none,
-    coverage or count, the last two privileged (reward.Reward).
+    coverage or count, the last two privileged (reward.Reward). observation="image": the image alone.
     """
 
     metadata = METADATA
 
     def __init__(self, scene: Scene, render_mode: str | None = None, engine: str = "numpy", reward: str = "none",
-                 reset_mode: str = "restart"):
+                 reset_mode: str = "restart", observation: str = "dict"):
         check_render_mode(render_mode, METADATA["render_modes"])
         self.scene = scene
         self.render_mode = render_mode
-        self.action_space, self.observation_space = actions(), observations()
+        self.observation = observation
+        self.action_space, self.observation_space = self.actions(), observations(observation)
         self.reward = Reward(reward)
         self.events: tuple[dict[str, Any], ...] = ()
         self._renderer, self._pictures = Renderer(scene, engine), Pictures()
         self.counter = EpisodeCounter(reset_mode)
+
+    def actions(self) -> spaces.Space[Any]:
+        """A new action space."""
+        return actions()
 
     @property
     def engine(self) -> str:
@@ -70,18 +87,29 @@ class NavigationEnv(gymnasium.Env[Any, Any]):
         return self._now
 
     def reset(self, *, seed: int | None = None,
-              options: dict[str, Any] | None = None) -> tuple[Observation, dict[str, Any]]:
+              options: dict[str, Any] | None = None) -> tuple[Any, dict[str, Any]]:
         seed, episode = seed_of(seed), episode_of(options)
         super().reset(seed=seed)
         self.counter.reset(seed, episode)
         self._now, self.events = self.scene.at(self.counter.episode, self.counter.seed)
         self._renderer = self._renderer.showing(self._now)
-        self._x, self._y, self._heading = *self.scene.plan.start[:2], self.scene.start_heading
+        self._x, self._y = self.scene.plan.start[:2]
+        self._face_start()
         self._pictures.forget()
         self.reward.reset(self._now.plan, self._x, self._y)
-        return self._observe(), self._info(False)
+        return seen(self._observe(), self.observation), self._info(False)
 
-    def step(self, action: int) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
+    def step(self, action: Any) -> tuple[Any, float, bool, bool, dict[str, Any]]:
+        collided = self._move(action)
+        earned = self.reward.step(self._x, self._y)
+        return seen(self._observe(), self.observation), earned, False, False, self._info(collided)
+
+    def _face_start(self) -> None:
+        """Turn to the start's heading."""
+        self._heading = self.scene.start_heading
+
+    def _move(self, action: int) -> bool:
+        """Carry out an action; whether it was cut short or cancelled by an obstacle."""
         plan, collided = self.now.plan, False
         if action == FORWARD:
             before = (self._x, self._y)
@@ -95,8 +123,7 @@ class NavigationEnv(gymnasium.Env[Any, Any]):
             self._heading = (self._heading - 1) % HEADINGS
         else:
             raise ValueError(f"action {action!r} is none of 0 forward, 1 left, 2 right")
-        earned = self.reward.step(self._x, self._y)
-        return self._observe(), earned, False, False, self._info(collided)
+        return collided
 
     def render(self) -> np.ndarray:
         """The camera image of the current pose, (64, 64, 3) uint8."""

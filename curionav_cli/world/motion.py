@@ -84,7 +84,12 @@ def forward(visitable: np.ndarray, cell: float, x: float, y: float, heading: int
     mode: cancel (a move that would collide is not made), stop (it ends at the obstacle), slide (the rest of it follows
     the obstacle, as in Habitat).
     """
-    dx, dy = float(STEP_LENGTH * COS[heading]), float(STEP_LENGTH * SIN[heading])
+    return moved(visitable, cell, x, y, float(STEP_LENGTH * COS[heading]), float(STEP_LENGTH * SIN[heading]), mode)
+
+
+def moved(visitable: np.ndarray, cell: float, x: float, y: float, dx: float, dy: float,
+          mode: str = "cancel") -> tuple[float, float, bool]:
+    """A straight move by (dx, dy), at most as long as a forward one; otherwise as `forward`."""
     share = _share(visitable, cell, x, y, dx, dy)
     if share == 1.0:
         return x + dx, y + dy, False

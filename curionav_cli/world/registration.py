@@ -30,10 +30,17 @@ def register() -> None:
 
 
 def make(scene: str, render_mode: str | None = None, reward: str = "none", reset_mode: str = "restart",
-         **settings: Any) -> NavigationEnv:
-    """Make a NavigationEnv of conf/env/<scene>.yaml; settings are keys of that file, as radius=0.2."""
+         observation: str = "dict", action: str = "discrete", **settings: Any) -> NavigationEnv:
+    """Make a NavigationEnv of conf/env/<scene>.yaml; settings are keys of that file, as radius=0.2.
+
+    action: discrete, or continuous (ContinuousEnv). Raises ValueError for another.
+    """
+    from curionav_cli.world.continuous import ContinuousEnv
     from curionav_cli.world.env import NavigationEnv
     from curionav_cli.world.keywords import build_scene
 
+    if action not in ("discrete", "continuous"):
+        raise ValueError(f"action must be one of discrete, continuous, not {action!r}.")
     world, engine = build_scene(make, scene, settings)
-    return NavigationEnv(world, render_mode, engine, reward, reset_mode)
+    maker = ContinuousEnv if action == "continuous" else NavigationEnv
+    return maker(world, render_mode, engine, reward, reset_mode, observation)

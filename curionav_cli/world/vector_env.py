@@ -13,7 +13,7 @@ from gymnasium.vector.utils import batch_space
 
 from curionav_cli.constants import FORWARD, HEADINGS, LEFT, RIGHT
 from curionav_cli.world import motion
-from curionav_cli.world.env import METADATA, Observation, actions, observations
+from curionav_cli.world.env import METADATA, Observation, actions, observations, seen
 from curionav_cli.world.keywords import build_scene
 from curionav_cli.world.pictures import Pictures
 from curionav_cli.world.registration import STEPS
@@ -41,16 +41,17 @@ class NavigationVectorEnv(gymnasium.vector.VectorEnv[Any, Any, Any]):
 
     def __init__(self, scene: Scene, num_envs: int = 1, render_mode: str | None = None, engine: str = "numpy",
                  max_episode_steps: int | None = None, autoreset_mode: AutoresetMode | str = AutoresetMode.SAME_STEP,
-                 reward: str = "none", reset_mode: str = "restart"):
+                 reward: str = "none", reset_mode: str = "restart", observation: str = "dict"):
         check_render_mode(render_mode, METADATA["render_modes"])
         check_end(max_episode_steps)
         self.scene, self.num_envs, self.render_mode = scene, num_envs, render_mode
         self.max_episode_steps = max_episode_steps
         self.autoreset_mode = mode_of(autoreset_mode)
         self.metadata = {**METADATA, "autoreset_mode": self.autoreset_mode}
-        self.single_action_space, self.single_observation_space = actions(), observations()
+        self.observation = observation
+        self.single_action_space, self.single_observation_space = actions(), observations(observation)
         self.action_space = batch_space(actions(), num_envs)
-        self.observation_space = batch_space(observations(), num_envs)
+        self.observation_space = batch_space(observations(observation), num_envs)
         self._counters = [EpisodeCounter(reset_mode) for _ in range(num_envs)]
         self._rewards = [Reward(reward) for _ in range(num_envs)]
         self._events: list[tuple[dict[str, Any], ...]] = [()] * num_envs
@@ -78,7 +79,7 @@ class NavigationVectorEnv(gymnasium.vector.VectorEnv[Any, Any, Any]):
         return list(self._events)
 
     def reset(self, *, seed: int | list[int | None] | None = None,
-              options: dict[str, Any] | None = None) -> tuple[Observation, Info]:
+              options: dict[str, Any] | None = None) -> tuple[Any, Info]:
         """Reset the worlds. seed s: runs s, s + 1, ...; a list: one run for each; None: the next episode of each."""
         seeds, episode = seeds_of(seed, self.num_envs), episode_of(options)
         mask = mask_of(options, self.num_envs)
@@ -87,9 +88,9 @@ class NavigationVectorEnv(gymnasium.vector.VectorEnv[Any, Any, Any]):
         self._begin(mask, seeds, episode)
         self._started()
         self._render(mask)
-        return self._observation(), self._info(np.zeros(self.num_envs, bool), mask)
+        return self._seen(), self._info(np.zeros(self.num_envs, bool), mask)
 
-    def step(self, actions: np.ndarray) -> tuple[Observation, np.ndarray, np.ndarray, np.ndarray, Info]:
+    def step(self, actions: np.ndarray) -> tuple[Any, np.ndarray, np.ndarray, np.ndarray, Info]:
         self._started()
         actions = np.asarray(actions)
         if actions.shape != (self.num_envs,) or not np.isin(actions, (0, 1, 2)).all():
@@ -107,7 +108,7 @@ class NavigationVectorEnv(gymnasium.vector.VectorEnv[Any, Any, Any]):
             self._over = over
         elif over.any():
             info = self._reset_ended(over, info)
-        return self._observation(), earned, np.zeros(self.num_envs, bool), over.copy(), info
+        return self._seen(), earned, np.zeros(self.num_envs, bool), over.copy(), info
 
     def render(self) -> tuple[np.ndarray, ...]:
         """The camera image of each world, (64, 64, 3) uint8."""
@@ -173,7 +174,7 @@ class NavigationVectorEnv(gymnasium.vector.VectorEnv[Any, Any, Any]):
         """Reset the worlds of this mask; the info of the step, with their last observations and infos."""
         final = np.full(self.num_envs, None, object)
         for world in np.flatnonzero(ended).tolist():
-            final[world] = self._pictures.one(world, int(self._heading[world]))
+            final[world] = seen(self._pictures.one(world, int(self._heading[world])), self.observation)
         masks = {key: ended for key in last if key.startswith("_")}
         self._begin(ended)
         self._render(ended)
@@ -203,6 +204,9 @@ class NavigationVectorEnv(gymnasium.vector.VectorEnv[Any, Any, Any]):
         image, depth = (np.concatenate(part)[back] for part in zip(*pieces, strict=True))
         return {"image": image, "depth": depth}
 
+    def _seen(self) -> Any:
+        return seen(self._observation(), self.observation)
+
     def _observation(self) -> Observation:
         return self._pictures.all(self._heading.tolist())
 
@@ -231,12 +235,17 @@ def mode_of(name: AutoresetMode | str) -> AutoresetMode:
 
 def make(scene: str, num_envs: int = 1, render_mode: str | None = None, max_episode_steps: int | None = None,
          autoreset_mode: AutoresetMode | str = AutoresetMode.SAME_STEP, reward: str = "none",
-         reset_mode: str = "restart", **settings: Any) -> NavigationVectorEnv:
+         reset_mode: str = "restart", observation: str = "dict", action: str = "discrete",
+         **settings: Any) -> NavigationVectorEnv:
     """Make a NavigationVectorEnv of conf/env/<scene>.yaml, for gymnasium.make_vec; settings are keys of that file.
 
-    max_episode_steps: as of gymnasium.make, None for the 500 of the registration, -1 for no end.
+    max_episode_steps: as of gymnasium.make, None for the 500 of the registration, -1 for no end. Raises ValueError for
+    continuous actions.
     """
+    if action != "discrete":
+        raise ValueError(f"action={action!r}: worlds in one batch have discrete actions. Add vectorization_mode='sync' "
+                         "or 'async'.")
     world, engine = build_scene(make, scene, settings)
     limit = STEPS if max_episode_steps is None else max_episode_steps
     return NavigationVectorEnv(world, num_envs, render_mode, engine, None if limit == -1 else limit, autoreset_mode,
-                               reward, reset_mode)
+                               reward, reset_mode, observation)

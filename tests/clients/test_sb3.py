@@ -58,6 +58,32 @@ def test_they_train_in_many_worlds(world, workers: str, algorithm: str) -> None:
     assert model.num_timesteps == 256 and [end["l"] for end in ends] == [60] * 4 and max(end["r"] for end in ends) > 1
 
 
+def test_pictures_alone_are_stacked_and_monitored(world) -> None:
+    """CnnPolicy with VecFrameStack, Monitor and Gymnasium's statistics in one."""
+    stable_baselines3 = pytest.importorskip("stable_baselines3")
+    import gymnasium
+    from gymnasium.wrappers import RecordEpisodeStatistics
+    from stable_baselines3.common.monitor import Monitor
+    from stable_baselines3.common.vec_env import DummyVecEnv, VecFrameStack
+
+    settings = world(ROOM, observation="image", reward="coverage", max_episode_steps=40)
+    env = VecFrameStack(DummyVecEnv([lambda: Monitor(RecordEpisodeStatistics(gymnasium.make(**settings)))]), 4)
+    model = stable_baselines3.PPO("CnnPolicy", env, n_steps=64, batch_size=64, n_epochs=1, device="cpu",
+                                  policy_kwargs={"features_extractor_kwargs": {"features_dim": 8}})
+    model.learn(64)
+    assert model.observation_space.shape == (12, 64, 64) and [info["l"] for info in model.ep_info_buffer] == [40]
+
+
+def test_continuous_actions_are_learned(made) -> None:
+    stable_baselines3 = pytest.importorskip("stable_baselines3")
+    env = made(ROOM, observation="image", action="continuous", reward="coverage", max_episode_steps=20)
+    kwargs = {"net_arch": [8], "features_extractor_kwargs": {"features_dim": 8}}
+    model = stable_baselines3.SAC("CnnPolicy", env, buffer_size=50, learning_starts=10, batch_size=8, seed=0,
+                                  device="cpu", policy_kwargs=kwargs)
+    model.learn(24)
+    assert model.num_timesteps == 24 and model._n_updates > 0 and [info["l"] for info in model.ep_info_buffer] == [20]
+
+
 def test_an_evaluation_comes_to_an_end(made) -> None:
     pytest.importorskip("stable_baselines3")
     from stable_baselines3.common.evaluation import evaluate_policy

@@ -85,13 +85,13 @@ def test_mistakes_are_answered_in_a_line(cli: Cli, runs: Path, monkeypatch: pyte
         (["trained", "other"], "has an agent of other settings than"),
         (["trained", "loop.iterations=3"], "loop.iterations=3 would train the agent, and evaluate does not"),
         (["trained", "learner=remote"], "learner=remote has no meaning for curionav evaluate"),
-        (["trained", "weights=other"], "name the trained run twice"),
+        (["trained", "init=other"], "name the trained run twice"),
     ):
         answer = cli("evaluate", *words, "loop.episodes=1", "hydra.run.dir=wrong")
         assert answer.code == 2 and said in answer.error, (words, answer)
         assert len(answer.error.strip().splitlines()) == 1 and not (runs / "wrong" / "config.yaml").exists()
-    answer = cli("explore", "weights=trained", "agent=bounce", "hydra.run.dir=wrong")
-    assert answer.code == 2 and "weights=... is for curionav evaluate" in answer.error
+    answer = cli("explore", "init=trained", "agent=bounce", "hydra.run.dir=wrong")
+    assert answer.code == 2 and "agent=bounce does not learn, so it has no weights to take from" in answer.error
 
 
 def test_a_run_without_a_checkpoint_is_named(cli: Cli, runs: Path, tmp_path: Path) -> None:
@@ -109,6 +109,6 @@ def test_a_run_without_a_checkpoint_is_named(cli: Cli, runs: Path, tmp_path: Pat
 @pytest.mark.parametrize("value, text", [("a'b", r"'a\'b'"), ([1, "x"], "[1,'x']"), (None, "null"), (True, "true"),
                                          (1e-5, "1e-05"), ([{"x": 1.5}], "[{x:1.5}]")])
 def test_values_in_hydras_grammar(value: object, text: str) -> None:
-    from curionav_cli.commands.evaluate import literal
+    from curionav_cli.commands.initial import literal
 
     assert literal(value) == text

@@ -34,11 +34,13 @@ def test_frames_are_stacked_and_flattened() -> None:
     assert flat.observation_space.contains(seen) and seen.shape == (4 * 64 * 64,)
 
 
-def test_spawned_workers_see_the_same() -> None:
+@pytest.mark.filterwarnings("ignore:This process .* is multi-threaded:DeprecationWarning")
+@pytest.mark.parametrize("context", ["spawn", "forkserver"])
+def test_workers_see_the_same(context: str) -> None:
     """The id names our package, which a new process has not imported."""
     register()
     apart = gymnasium.make_vec("curionav_cli:curionav/SmallRoom-v0", num_envs=2, vectorization_mode="async",
-                               vector_kwargs={"context": "spawn"}, max_episode_steps=2)
+                               vector_kwargs={"context": context}, max_episode_steps=2)
     ours = gymnasium.make_vec("curionav/SmallRoom-v0", num_envs=2, autoreset_mode=AutoresetMode.NEXT_STEP,
                               max_episode_steps=2)
     for one, other in [(apart.reset(seed=3), ours.reset(seed=3)),

@@ -1,0 +1,103 @@
+"""observation="image" and action="continuous" of the Gymnasium environments."""
+
+from __future__ import annotations
+
+import math
+
+import gymnasium
+import numpy as np
+import pytest
+from gymnasium import wrappers
+from gymnasium.utils.env_checker import check_env
+
+from curionav_cli.world.continuous import SECONDS, SPEED, TURN
+from curionav_cli.world.registration import register
+
+ROOM = "curionav/SmallRoom-v0"
+
+
+def room(**settings) -> gymnasium.Env:
+    register()
+    return gymnasium.make(ROOM, **settings)
+
+
+@pytest.mark.filterwarnings("ignore:.*we recommend using a symmetric and normalized space:UserWarning")
+@pytest.mark.parametrize("settings", [{"observation": "image"}, {"action": "continuous"},
+                                      {"action": "continuous", "observation": "image", "collision": "slide"}])
+def test_gymnasiums_checker_finds_no_fault(settings: dict[str, str]) -> None:
+    check_env(room(render_mode="rgb_array", **settings).unwrapped)
+
+
+def test_an_image_is_that_of_the_dict() -> None:
+    alone, both = room(observation="image", max_episode_steps=2), room(max_episode_steps=2)
+    assert np.array_equal(alone.reset(seed=1)[0], both.reset(seed=1)[0]["image"])
+    assert np.array_equal(alone.step(1)[0], both.step(1)[0]["image"])
+    many = gymnasium.make_vec(ROOM, num_envs=2, observation="image", max_episode_steps=2)
+    seen, _ = many.reset(seed=[1, 1])
+    assert many.observation_space.contains(seen) and np.array_equal(seen[0], both.reset(seed=1)[0]["image"])
+    many.step(np.array([1, 1]))
+    info = many.step(np.array([1, 1]))[-1]
+    both.step(1)
+    assert np.array_equal(info["final_obs"][1], both.step(1)[0]["image"])
+    larger = wrappers.ResizeObservation(room(observation="image"), (96, 96))
+    assert larger.reset(seed=0)[0].shape == (96, 96, 3)
+
+
+def test_full_speed_is_a_step_forward_and_a_turn_takes_its_time() -> None:
+    env, discrete = room(action="continuous"), room()
+    _, start = env.reset(seed=0)
+    discrete.reset(seed=0)
+    seen, _, _, _, info = env.step(np.array([SPEED, 0.0], np.float32))
+    also, _, _, _, other = discrete.step(0)
+    assert np.allclose(info["pose"], other["pose"], atol=1e-7) and not info["collided"]
+    assert (np.abs(seen["image"].astype(int) - also["image"]) > 2).mean() < 0.01
+    before = info["pose"]
+    info = env.step(np.array([0.0, TURN], np.float32))[4]
+    assert np.allclose(info["pose"] - before, [0, 0, TURN * SECONDS]) and not np.array_equal(start["pose"], before)
+
+
+def test_an_arc_is_a_circle() -> None:
+    """A full circle of forty steps ends where it began; its radius is speed over turn rate."""
+    env = room(action="continuous", max_episode_steps=-1)
+    _, info = env.reset(seed=0)
+    speed, rate = 0.02, 2 * math.pi / (40 * SECONDS)
+    poses = [info["pose"]]
+    for _ in range(40):
+        info = env.step(np.array([speed, rate], np.float32))[4]
+        assert not info["collided"]
+        poses.append(info["pose"])
+    where = np.array(poses)[:, :2]
+    assert np.allclose(where[0], where[-1], atol=1e-5) and np.isclose(np.ptp(where[:, 0]), 2 * speed / rate, rtol=0.01)
+
+
+def test_it_stops_at_a_wall_and_turns_there() -> None:
+    env = room(action="continuous", max_episode_steps=-1)
+    env.reset(seed=0)
+    infos = [env.step(np.array([SPEED, 0.0], np.float32))[4] for _ in range(60)]
+    assert infos[-1]["collided"] and np.array_equal(infos[-1]["pose"], infos[-2]["pose"])
+    plan = env.unwrapped.scene.plan
+    row, column = plan.cells(*np.array([info["pose"][:2] for info in infos]).T)
+    assert plan.visitable[row, column].all()
+    turned = env.step(np.array([SPEED, 0.5], np.float32))[4]["pose"]
+    assert turned[2] != infos[-1]["pose"][2]
+    assert env.unwrapped.panorama()["image"].shape == (4, 64, 64, 3)
+
+
+@pytest.mark.parametrize("action", [[0.5, 0.0], [-0.1, 0.0], [0.1, 1.1], [np.nan, 0.0], [0.1], 0])
+def test_an_action_outside_of_the_space_is_refused(action: object) -> None:
+    env = room(action="continuous", disable_env_checker=True)
+    env.reset(seed=0)
+    with pytest.raises(ValueError, match=r"no forward speed from 0 to 0.4167 m/s and turn rate from -1 to 1 rad/s"):
+        env.step(np.array(action, np.float32))
+
+
+def test_other_names_are_refused() -> None:
+    with pytest.raises(ValueError, match="action must be one of discrete, continuous, not 'fast'"):
+        room(action="fast")
+    with pytest.raises(ValueError, match="observation must be one of dict, image, not 'depth'"):
+        room(observation="depth")
+    with pytest.raises(ValueError, match="Add vectorization_mode='sync'"):
+        gymnasium.make_vec(ROOM, num_envs=2, action="continuous")
+    apart = gymnasium.make_vec(ROOM, num_envs=2, vectorization_mode="sync",
+                               action="continuous")
+    assert apart.reset(seed=0)[0]["image"].shape == (2, 64, 64, 3)
