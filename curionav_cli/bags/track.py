@@ -1,0 +1,73 @@
+"""The way of a robot by its odometry: stretches without a jump, a silence or a clock that starts anew."""
+
+from __future__ import annotations
+
+from collections import Counter
+from dataclasses import dataclass
+
+import numpy as np
+
+from curionav_cli.live.safety import Displaced
+from curionav_cli.live.transport import Message
+from curionav_cli.live.travel import Travel
+
+SILENCE = 1.0  # seconds without odometry, over which nobody knows how the robot moved
+MOST = 5_000_000  # messages of odometry
+
+
+@dataclass(frozen=True)
+class Track:
+    """n poses in the order of time. stamp (n,) seconds; pose (n, 3) x, y (m), yaw (rad, not wrapped) in odometry's
+    frame; forward (n,) metres driven, signed; turned (n,) radians to the left, both since the start."""
+
+    stamp: np.ndarray
+    pose: np.ndarray
+    forward: np.ndarray
+    turned: np.ndarray
+
+    def at(self, stamp: np.ndarray) -> Track:
+        """The track at other times within it, interpolated."""
+        one = lambda values: np.interp(stamp, self.stamp, values)
+        return Track(stamp, np.stack([one(column) for column in self.pose.T], axis=-1), one(self.forward),
+                     one(self.turned))
+
+
+class Tracker:
+    """Sums up odometry messages. left_out: what could not be used, by what it is."""
+
+    def __init__(self) -> None:
+        self.travel = Travel(gyro=False)
+        self.left_out: Counter[str] = Counter()
+        self._stretches: list[list[tuple[float, ...]]] = [[]]
+
+    def add(self, message: Message) -> None:
+        """Take a message. Raises MessageFault for one that is no odometry."""
+        before = self.travel.now
+        anew = self.travel.add_odometry(message)
+        now = self.travel.now
+        assert now is not None
+        if now is before:
+            self.left_out["late odometry messages"] += 1
+            return
+        why = "restarts of the odometry's clock" if anew else self._broken(before, now)
+        if why:
+            self.left_out[why] += 1
+            self._stretches.append([])
+        self._stretches[-1].append((now.stamp, now.x, now.y, now.yaw, self.travel.forward, self.travel.turned))
+
+    def _broken(self, before, now) -> str:
+        try:
+            self.travel.check()
+        except Displaced:
+            return "jumps of the odometry"
+        return "silences of the odometry" if before and now.stamp - before.stamp > SILENCE else ""
+
+    def stretches(self) -> list[Track]:
+        """The stretches so far."""
+        return [track(np.array(rows)) for rows in self._stretches if len(rows) > 1]
+
+
+def track(rows: np.ndarray) -> Track:
+    """The track of rows (n, 6): stamp, x, y, yaw, forward, turned."""
+    stamp, x, y, yaw, forward, turned = rows.T
+    return Track(stamp, np.stack([x, y, np.unwrap(yaw)], axis=-1), forward, turned)
