@@ -33,7 +33,7 @@ class Piece(NamedTuple):
 
 def cut(track: Track, stamp: np.ndarray, left_out: Counter[str]) -> list[Piece]:
     """The episodes of a stretch. stamp (m,): when the images were taken, ascending; left_out is counted up."""
-    first, last = np.searchsorted(stamp, [track.stamp[0], track.stamp[-1]], side="left")
+    first, last = np.searchsorted(stamp, track.stamp[0]), np.searchsorted(stamp, track.stamp[-1], side="right")
     seen = track.at(stamp[first:last])
     pieces, begin = [], 0
     while begin < len(seen.stamp):

@@ -19,6 +19,7 @@ from curionav_cli.errors import BagError
 from curionav_cli.live.images import picture
 from curionav_cli.live.messages import stamp_of
 from curionav_cli.live.safety import MessageFault
+from curionav_cli.live.travel import RESTART
 from curionav_cli.records import Episode
 
 UNUSABLE = "unusable messages, such as "
@@ -48,14 +49,15 @@ def episodes(path: Path, sources: Sequence[Source], report: dict[str, Any]) -> I
 def driven(bag: Bag, sources: Sequence[Source], report: dict[str, Any]) -> Iterator[Episode]:
     """The episodes that are cut from the bag's odometry."""
     source, image = chosen(bag, sources)
-    tracker, stamps, numbers = scanned(bag, source, image, report["left_out"])
-    report.update(profile=source.profile, images=len(stamps))
+    tracker, views = scanned(bag, source, image, report["left_out"])
+    report.update(profile=source.profile, images=views.count)
     pieces = []
-    for stretch in tracker.stretches():
-        report["seconds"] += float(stretch.stamp[-1] - stretch.stamp[0])
-        pieces += cut(stretch, stamps, report["left_out"])
-    return pictured(bag, image, source.crop, [piece._replace(image=[numbers[one] for one in piece.image])
-                                              for piece in pieces], report["left_out"])
+    for era, stamps, numbers in zip(tracker.eras(), views.stamps, views.numbers):
+        for stretch in era:
+            report["seconds"] += float(stretch.stamp[-1] - stretch.stamp[0])
+            pieces += [piece._replace(image=[numbers[one] for one in piece.image])
+                       for piece in cut(stretch, np.array(stamps), report["left_out"])]
+    return pictured(bag, image, source.crop, pieces, report["left_out"])
 
 
 def chosen(bag: Bag, sources: Sequence[Source]) -> tuple[Source, str]:
@@ -75,28 +77,44 @@ def chosen(bag: Bag, sources: Sequence[Source]) -> tuple[Source, str]:
                    "them: env=live robot=rosbridge robot.profile.image.name=... robot.profile.odom.name=...")
 
 
-def scanned(bag: Bag, source: Source, image: str,
-            left_out: Counter[str]) -> tuple[Tracker, np.ndarray, list[int]]:
-    """The odometry, and of the images that came in order: when they were taken (m,), and their numbers in the bag."""
+class Views:
+    """When images were taken, and their numbers among all images of the bag; anew where their clock starts anew."""
+
+    def __init__(self, left_out: Counter[str]):
+        self.stamps: list[list[float]] = [[]]
+        self.numbers: list[list[int]] = [[]]
+        self.count, self.left_out = 0, left_out
+
+    def add(self, at: float) -> None:
+        """Take an image of this time; a late one is left out."""
+        last = self.stamps[-1][-1] if self.stamps[-1] else -np.inf
+        if at < last - RESTART:
+            self.stamps.append([])
+            self.numbers.append([])
+        if at > last or not self.stamps[-1]:
+            self.stamps[-1].append(at)
+            self.numbers[-1].append(self.count)
+        else:
+            self.left_out["late images"] += 1
+
+
+def scanned(bag: Bag, source: Source, image: str, left_out: Counter[str]) -> tuple[Tracker, Views]:
+    """The odometry of a bag, and when its images were taken."""
     stamp = clock(bag, image, source.odom)
-    tracker, stamps, numbers, count = Tracker(), [-np.inf], [], -1
-    tracker.left_out = left_out
+    tracker, views = Tracker(left_out), Views(left_out)
     for number, one in enumerate(bag.messages(source.odom, image)):
-        count += one.topic == image
         try:
             at = stamp(one)
-            if one.topic == source.odom:
-                tracker.add(one.message)
-            elif at > stamps[-1]:
-                stamps.append(at)
-                numbers.append(count)
+            if one.topic == image:
+                views.add(at)
             else:
-                left_out["late images"] += 1
+                tracker.add(one.message)
         except MessageFault as fault:
             left_out[unusable(left_out, fault)] += 1
-        if number - count > MOST:
+        views.count += one.topic == image
+        if number - views.count >= MOST:
             raise BagError(f"{bag.path} has more than {MOST} messages of odometry. Cut it: ros2 bag convert")
-    return tracker, np.array(stamps[1:]), numbers
+    return tracker, views
 
 
 def clock(bag: Bag, *topics: str):

@@ -27,11 +27,13 @@ PIXELS = 1 << 26  # of an image that OpenCV unpacks
 @dataclass(frozen=True)
 class Bounds:
     """memory: bytes of address space; seconds: of processor time, for a bag of no size, and a second for each `pace`
-    bytes of it; file: bytes of the largest file that is written, as unpacked SQLite files are."""
+    bytes of it, and by the clock `patience` times that; file: bytes of the largest file that is written, as unpacked
+    SQLite files are."""
 
-    memory: int = 4 << 30
+    memory: int = 2 << 30
     seconds: int = 120
     pace: int = 1 << 20
+    patience: int = 10
     file: int = 16 << 30
 
 
@@ -41,8 +43,12 @@ def convert(path: Path, sources: Sequence[Source], out: Path, prefix: str, bound
     asked = {"path": str(path), "out": str(out), "prefix": prefix, "sources": [asdict(source) for source in sources],
              "limits": {"RLIMIT_AS": bounds.memory, "RLIMIT_CPU": seconds, "RLIMIT_FSIZE": bounds.file}}
     environment = {**os.environ, "TMPDIR": str(out), "OMP_NUM_THREADS": "1", "OPENCV_IO_MAX_IMAGE_PIXELS": str(PIXELS)}
-    ended = subprocess.run([sys.executable, "-P", "-m", "curionav_cli.bags.sandbox"], input=json.dumps(asked), text=True,
-                           capture_output=True, env=environment)
+    command = [sys.executable, "-P", "-m", "curionav_cli.bags.sandbox"]
+    try:
+        ended = subprocess.run(command, input=json.dumps(asked), text=True, capture_output=True, env=environment,
+                               timeout=seconds * bounds.patience)
+    except subprocess.TimeoutExpired as error:
+        raise BagError(f"{path} cannot be read as a bag: it took more than {error.timeout:.0f} s.") from error
     result = out / RESULT
     if ended.returncode or not result.is_file():
         raise BagError(f"{path} cannot be read as a bag: {cause(ended.returncode, ended.stderr, seconds)}.")

@@ -35,10 +35,9 @@ class Track:
 class Tracker:
     """Sums up odometry messages. left_out: what could not be used, by what it is."""
 
-    def __init__(self) -> None:
-        self.travel = Travel(gyro=False)
-        self.left_out: Counter[str] = Counter()
-        self._stretches: list[list[tuple[float, ...]]] = [[]]
+    def __init__(self, left_out: Counter[str]):
+        self.travel, self.left_out = Travel(gyro=False), left_out
+        self._eras: list[list[list[tuple[float, ...]]]] = [[[]]]
 
     def add(self, message: Message) -> None:
         """Take a message. Raises MessageFault for one that is no odometry."""
@@ -52,8 +51,10 @@ class Tracker:
         why = "restarts of the odometry's clock" if anew else self._broken(before, now)
         if why:
             self.left_out[why] += 1
-            self._stretches.append([])
-        self._stretches[-1].append((now.stamp, now.x, now.y, now.yaw, self.travel.forward, self.travel.turned))
+            if anew:
+                self._eras.append([])
+            self._eras[-1].append([])
+        self._eras[-1][-1].append((now.stamp, now.x, now.y, now.yaw, self.travel.forward, self.travel.turned))
 
     def _broken(self, before, now) -> str:
         try:
@@ -62,9 +63,9 @@ class Tracker:
             return "jumps of the odometry"
         return "silences of the odometry" if before and now.stamp - before.stamp > SILENCE else ""
 
-    def stretches(self) -> list[Track]:
-        """The stretches so far."""
-        return [track(np.array(rows)) for rows in self._stretches if len(rows) > 1]
+    def eras(self) -> list[list[Track]]:
+        """The stretches so far, by how often the odometry's clock had started anew."""
+        return [[track(np.array(rows)) for rows in era if len(rows) > 1] for era in self._eras]
 
 
 def track(rows: np.ndarray) -> Track:
