@@ -11,8 +11,8 @@ import curionav_cli
 
 LAYERS = (
     "errors", "constants", "geometry", "bounds", "safe_yaml", "files", "decisions", "options", "records",
-    "probe", "world", "robot", "live", "storage", "bags", "agents", "remote", "loop", "results", "config", "build", "execution",
-    "commands", "app",
+    "probe", "world", "robot", "live", "storage", "bags", "agents", "remote", "loop", "results", "config", "build",
+    "execution", "commands", "app",
 )
 LENT = {"torch": ("agents",), "hydra": ("config",), "omegaconf": ("config",), "matplotlib": ("results",),
         "roslibpy": ("live",), "rosbags": ("bags",)}

@@ -1,4 +1,4 @@
-"""Episodes of bags on disk, kept in the user's cache folder under a checksum of the bags, and made anew where missing."""
+"""Episodes of bags, kept in the user's cache folder under a checksum of the bags, and made anew where missing."""
 
 from __future__ import annotations
 
@@ -81,8 +81,8 @@ def report(folder: Path) -> list[str]:
 def line(one: dict[str, Any]) -> str:
     """What became of a bag."""
     forward, left, right = one["moves"]
-    made = (f"{one['bag']}: {one['episodes']} episodes, {forward + left + right} moves ({forward} forward, {left} left, "
-            f"{right} right)")
+    made = (f"{one['bag']}: {one['episodes']} episodes, {forward + left + right} moves ({forward} forward, {left} "
+            f"left, {right} right)")
     if one["profile"] == "curionav":
         return f"{made}, as curionav exported them"
     lost = ", ".join(f"{number} {what}" for what, number in one["left_out"].items())

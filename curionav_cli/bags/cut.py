@@ -47,7 +47,7 @@ def cut(track: Track, stamp: np.ndarray, left_out: Counter[str]) -> list[Piece]:
 
 def _piece(track: Track, seen: Track, begin: int, left_out: Counter[str]) -> tuple[list[int], list[int], int]:
     """Images and actions of the episode that begins at image `begin`, and the image at which the next one may begin."""
-    images, actions = [begin], []
+    images, actions = [begin], list[int]()
     forward, turned = seen.forward[begin], seen.turned[begin]
     for at in range(int(np.searchsorted(track.stamp, seen.stamp[begin], side="right")), len(track.stamp)):
         ahead, left = track.forward[at] - forward, track.turned[at] - turned

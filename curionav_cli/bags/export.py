@@ -64,8 +64,8 @@ def write(folder: Path, episode: Episode, number: int, form: Form, depth: np.nda
     """
     start = SINCE + number * DAY
     with BagWriter(folder, LATCHED) as bag:
-        told = {ours.MARK: ours.LAYOUT, "image": form.image, "episode": number, "steps": len(episode), "events": list(episode.events),
-                **({} if episode.estimate is None else {"dock": episode.dock}), **about}
+        told = {ours.MARK: ours.LAYOUT, "image": form.image, "episode": number, "steps": len(episode),
+                "events": list(episode.events), **({} if episode.estimate is None else {"dock": episode.dock}), **about}
         bag.write(ours.EPISODE, start, messages.text(json.dumps(told)))
         bag.write(ours.TF_STATIC, start, messages.transforms(messages.camera(form.camera, start)))
         if grid is not None:

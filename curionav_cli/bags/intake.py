@@ -11,7 +11,7 @@ import numpy as np
 
 from curionav_cli.bags import recorded
 from curionav_cli.bags.cut import Piece, cut
-from curionav_cli.bags.reader import IMAGES, ODOMETRY, Bag, Received, opened
+from curionav_cli.bags.reader import IMAGES, ODOMETRY, Bag, Received, opened, printable
 from curionav_cli.bags.source import Source
 from curionav_cli.bags.track import MOST, Tracker
 from curionav_cli.constants import ACTIONS
@@ -36,7 +36,7 @@ def episodes(path: Path, sources: Sequence[Source], report: dict[str, Any]) -> I
         try:
             found = iter([recorded.episode(bag)]) if recorded.is_ours(bag) else driven(bag, sources, report)
         except MessageFault as fault:
-            raise BagError(f"{path}: {fault}.") from fault
+            raise BagError(f"{path}: {printable(str(fault))}.") from fault
         for episode in found:
             report["moves"] = (np.bincount(episode.action, minlength=len(ACTIONS)) + report["moves"]).tolist()
             yield episode
@@ -71,9 +71,9 @@ def chosen(bag: Bag, sources: Sequence[Source]) -> tuple[Source, str]:
     if fits:
         return fits[0]
     wanted = ", ".join(f"{one.profile}: {one.image}, {one.odom}" for one in sources)
-    there = [f"{topic} ({kind})" for topic, kind in sorted(bag.topics.items())
-             if kind in (*IMAGES, *ODOMETRY)][:NAMED] or sorted(bag.topics)[:NAMED] or ["no topics"]
-    raise BagError(f"{bag.path} lacks the images or the odometry of a robot ({wanted}). It has {', '.join(there)}. Name "
+    seen = [f"{topic} ({kind})" for topic, kind in sorted(bag.topics.items()) if kind in (*IMAGES, *ODOMETRY)]
+    there = printable(", ".join((seen or sorted(bag.topics))[:NAMED]) or "no topics")
+    raise BagError(f"{bag.path} lacks the images or the odometry of a robot ({wanted}). It has {there}. Name "
                    "them: env=live robot=rosbridge robot.profile.image.name=... robot.profile.odom.name=...")
 
 
@@ -131,7 +131,7 @@ def clock(bag: Bag, *topics: str):
 
 def unusable(left_out: Counter[str], fault: MessageFault) -> str:
     """What messages with a fault are counted as: the first one's words stand for all."""
-    return next((key for key in left_out if key.startswith(UNUSABLE)), f"{UNUSABLE}{fault}")
+    return next((key for key in left_out if key.startswith(UNUSABLE)), f"{UNUSABLE}{printable(str(fault))}")
 
 
 def pictured(bag: Bag, topic: str, crop: float, pieces: Sequence[Piece], left_out: Counter[str]) -> Iterator[Episode]:

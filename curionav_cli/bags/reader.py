@@ -61,8 +61,8 @@ class Bag:
         for one in wanted:
             coded = one.ext.serialization_format if isinstance(one.ext, ConnectionExtRosbag2) else "ros1"
             if one.msgtype not in KNOWN or coded not in ("cdr", "ros1"):
-                raise BagError(f"{self.path}: {one.topic} is of type {printable(one.msgtype)} ({printable(coded)}), and "
-                               f"is read as one of {', '.join(KNOWN)} (cdr).")
+                raise BagError(f"{self.path}: {one.topic} is of type {printable(one.msgtype)} ({printable(coded)}), "
+                               f"and is read as one of {', '.join(KNOWN)} (cdr).")
 
     def _decoded(self, connection: Connection, raw: bytes) -> Message:
         if isinstance(self.reader, Ros1):

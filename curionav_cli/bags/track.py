@@ -48,7 +48,7 @@ class Tracker:
         if now is before:
             self.left_out["late odometry messages"] += 1
             return
-        why = "restarts of the odometry's clock" if anew else self._broken(before, now)
+        why = self._broken(anew, before.stamp if before else now.stamp, now.stamp)
         if why:
             self.left_out[why] += 1
             if anew:
@@ -56,12 +56,13 @@ class Tracker:
             self._eras[-1].append([])
         self._eras[-1][-1].append((now.stamp, now.x, now.y, now.yaw, self.travel.forward, self.travel.turned))
 
-    def _broken(self, before, now) -> str:
+    def _broken(self, anew: bool, before: float, now: float) -> str:
+        """Why a new stretch begins, seconds `before` to `now`; empty where it does not."""
         try:
             self.travel.check()
         except Displaced:
-            return "jumps of the odometry"
-        return "silences of the odometry" if before and now.stamp - before.stamp > SILENCE else ""
+            return "restarts of the odometry's clock" if anew else "jumps of the odometry"
+        return "silences of the odometry" if now - before > SILENCE else ""
 
     def eras(self) -> list[list[Track]]:
         """The stretches so far, by how often the odometry's clock had started anew."""

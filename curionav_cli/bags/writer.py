@@ -1,4 +1,4 @@
-"""A bag that is whole or absent: a folder with an MCAP file and metadata.yaml, as `ros2 bag record -s mcap` makes it."""
+"""A bag that is whole or absent: a folder with an MCAP file and metadata.yaml, like `ros2 bag record -s mcap`."""
 
 from __future__ import annotations
 
@@ -20,7 +20,6 @@ from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin, W
 
 from curionav_cli.bags.messages import STORE, serialised
 
-VERSION = 8  # of metadata.yaml: the newest that Humble and Jazzy read
 NEVER = QosTime(0x7FFFFFFFFFFFFFFF // 10**9, 0x7FFFFFFFFFFFFFFF % 10**9)
 
 
@@ -32,7 +31,7 @@ def quality(latched: bool) -> Qos:
 
 
 class BagWriter:
-    """Writes one bag at `folder`. It is written beside and appears there when the `with` block ends without an error."""
+    """Writes a bag at `folder`. It is written beside and appears there when the `with` block ends without an error."""
 
     def __init__(self, folder: Path, latched: tuple[str, ...] = ()):
         self.folder, self.latched = folder, latched
@@ -41,8 +40,8 @@ class BagWriter:
 
     def __enter__(self) -> BagWriter:
         shutil.rmtree(self.beside.parent, ignore_errors=True)
-        self.writer = Writer(self.beside, version=VERSION, storage_plugin=StoragePlugin.MCAP)
-        self.writer.set_compression(CompressionMode.STORAGE, CompressionFormat.ZSTD)  # of chunks, as every reader has it
+        self.writer = Writer(self.beside, version=8, storage_plugin=StoragePlugin.MCAP)
+        self.writer.set_compression(CompressionMode.STORAGE, CompressionFormat.ZSTD)  # of chunks
         self.writer.open()
         return self
 

@@ -75,7 +75,7 @@ def steps_a_second(text: str) -> float:
     except ValueError:
         rate = 0.0
     if not 0.1 <= rate <= 1000.0:
-        raise ConfigError(f"rate: {text!r} is not a number of steps a second from 0.1 to 1000. Leave it out for {RATE}.")
+        raise ConfigError(f"rate: {text!r} is not a number of steps a second from 0.1 to 1000. Default: {RATE}.")
     return rate
 
 
@@ -104,7 +104,7 @@ def written(jobs: list[Job], chosen: dict[str, str], rate: float) -> Iterator[st
     redrawn = Redrawn(scene, settings.seed, settings.env.engine.value) if isinstance(scene, Scene) else None
     if isinstance(scene, str):
         yield scene
-    about = {"env": settings.env.name, "agent": settings.agent.name, "robot": settings.robot.name, "seed": settings.seed}
+    about = {key: getattr(settings, key).name for key in ("env", "agent", "robot")} | {"seed": settings.seed}
     for job in jobs:
         episode = Episode.load(run.episode_path(job.number))
         depth = redrawn.depth(episode, job.number) if redrawn else None

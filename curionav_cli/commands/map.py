@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import shlex
-from pathlib import Path
 
 from curionav_cli.commands.arguments import sorted_out
 from curionav_cli.commands.summary import print_files, print_next

@@ -1,4 +1,4 @@
-"""The episodes that data=... names: those of runs and folders, and those of bags, which are first made into episodes."""
+"""The episodes that data=... names: of runs and folders, and of bags, which are first made into episodes."""
 
 from __future__ import annotations
 

@@ -10,11 +10,11 @@ import pytest
 
 pytest.importorskip("rosbags")
 
-from drives import Drive, mcap  # noqa: E402
+from drives import Drive, mcap
 
-from curionav_cli.bags import source  # noqa: E402
-from curionav_cli.bags.intake import episodes  # noqa: E402
-from curionav_cli.records import Episode  # noqa: E402
+from curionav_cli.bags import source
+from curionav_cli.bags.intake import episodes
+from curionav_cli.records import Episode
 
 Read = Callable[..., tuple[list[Episode], dict[str, Any]]]
 

@@ -1,4 +1,4 @@
-"""Bags of a robot that drives continuously, as somebody else's recorder writes them; every image tells when it was taken."""
+"""Bags of a robot that drives continuously, as other recorders write them; every image tells when it was taken."""
 
 from __future__ import annotations
 
@@ -80,8 +80,10 @@ def message(store: Any, ros: int, topic: str, fields: dict[str, Any], drive: Dri
         yaw = fields["yaw"]
         turned = new("geometry_msgs/msg/Quaternion", 0.0, 0.0, math.sin(yaw / 2), math.cos(yaw / 2))
         pose = new("geometry_msgs/msg/Pose", new("geometry_msgs/msg/Point", fields["x"], fields["y"], 0.0), turned)
-        return new("nav_msgs/msg/Odometry", header, "base", new("geometry_msgs/msg/PoseWithCovariance", pose, np.zeros(36)),
-                   new("geometry_msgs/msg/TwistWithCovariance", new("geometry_msgs/msg/Twist", vector, vector), np.zeros(36)))
+        moving = new("geometry_msgs/msg/Twist", vector, vector)
+        return new("nav_msgs/msg/Odometry", header, "base",
+                   new("geometry_msgs/msg/PoseWithCovariance", pose, np.zeros(36)),
+                   new("geometry_msgs/msg/TwistWithCovariance", moving, np.zeros(36)))
     side = fields["side"]
     colours = np.full((side, side, 3), fields["colour"], np.uint8)
     if drive.raw:
