@@ -28,16 +28,17 @@ def kept(tmp_path: Path) -> list[Path]:
 
 
 @pytest.mark.parametrize("words", [
-    ("env=small_room", "agent=random"), ("env=small_room", "agent=bounce", "robot=turtlebot2i"),
-    ("env=large_lab", "agent=bounce"),
-], ids=["ideal", "turtlebot2i", "changing"])
-@pytest.mark.parametrize("images", ["png", "raw"])
-def test_the_episodes_are_equal_to_the_byte(cli: Cli, tmp_path: Path, words: tuple[str, ...], images: str) -> None:
+    ("env=small_room", "agent=bounce", "robot=turtlebot2i"), ("env=large_lab", "agent=bounce"),
+], ids=["turtlebot2i", "changing"])
+def test_the_episodes_are_equal_to_the_byte(cli: Cli, tmp_path: Path, words: tuple[str, ...]) -> None:
     assert cli("explore", *words, "loop.steps=12", "loop.episodes=2", "hydra.run.dir=run").code == 0
-    assert cli("export", "run", "to=mcap", "out=bags", f"images={images}", "depth=no").code == 0
-    folder = cache.converted(cache.found(tmp_path / "bags"), source.known())
-    stored = [path.read_bytes() for path in sorted((tmp_path / "run" / "episodes").glob("*.npz"))]
-    assert [path.read_bytes() for path in sorted(folder.glob("*.npz"))] == stored and len(stored) == 2
+    for images in ("png", "raw"):
+        assert cli("export", "run", "to=mcap", f"out={images}", f"images={images}", "depth=no").code == 0
+        for number in (0, 1):
+            (found,) = episodes(tmp_path / images / f"episode_{number:06d}", [], {})
+            found.save(tmp_path / "found.npz")
+            stored = tmp_path / "run" / "episodes" / f"{number:06d}.npz"
+            assert (tmp_path / "found.npz").read_bytes() == stored.read_bytes()
 
 
 def test_training_on_bags_is_training_on_the_run(cli: Cli, tmp_path: Path) -> None:
