@@ -81,13 +81,14 @@ def report(folder: Path) -> list[str]:
 def line(one: dict[str, Any]) -> str:
     """What became of a bag."""
     forward, left, right = one["moves"]
-    made = (f"{one['bag']}: {one['episodes']} episodes, {forward + left + right} moves ({forward} forward, {left} "
+    many = "s" * (one["episodes"] != 1)
+    made = (f"{one['bag']}: {one['episodes']} episode{many}, {forward + left + right} moves ({forward} forward, {left} "
             f"left, {right} right)")
     if one["profile"] == "curionav":
         return f"{made}, as curionav exported them"
-    lost = ", ".join(f"{number} {what}" for what, number in one["left_out"].items())
+    lost = ", ".join(f"{what}: {number}" for what, number in one["left_out"].items())
     return (f"{made} of {one['seconds'] / 60:.1f} min and {one['images']} images, topics of {one['profile']}. "
-            f"Left out: {lost or 'nothing'}")
+            f"Left out: {lost or 'nothing'}.")
 
 
 def checksum(bag: Path) -> str:

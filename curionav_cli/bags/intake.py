@@ -41,7 +41,7 @@ def episodes(path: Path, sources: Sequence[Source], report: dict[str, Any]) -> I
             report["moves"] = (np.bincount(episode.action, minlength=len(ACTIONS)) + report["moves"]).tolist()
             yield episode
     if not sum(report["moves"]):
-        words = "; ".join(f"{number} {what}" for what, number in report["left_out"].items())
+        words = "; ".join(f"{what}: {number}" for what, number in report["left_out"].items())
         raise BagError(f"{path} holds no move of 0.25 m or 10 degrees with an image ({report['images']} images in "
                        f"{report['seconds']:.0f} s{'; ' if words else ''}{words}).")
 

@@ -64,7 +64,7 @@ def run(words: list[str]) -> int:
         for line in dict.fromkeys(lines):
             console.print(f"{path}: {line}", soft_wrap=True, highlight=False, markup=False)
     where = shlex.quote(str(next(iter(jobs.values()))[0].folder.parent))
-    print_next(console, [f"curionav train data={where} loop.iterations=1000"])
+    print_next(console, [f"curionav train data={where} agent.action_repeat=1 loop.iterations=1000"])
     return 0
 
 
