@@ -143,6 +143,15 @@ def write_map(words: opt.MapFolder = None, out: opt.MapOut = None) -> None:
 
 
 @app.command()
+def export(words: opt.ExportFolders = None, to: opt.ExportTo = None, out: opt.ExportOut = None,
+           episodes: opt.ExportEpisodes = None, images: opt.ExportImages = None, depth: opt.ExportDepth = None,
+           profile: opt.ExportProfile = None, rate: opt.ExportRate = None) -> None:
+    """Write the episodes of runs as ROS 2 bags, which Foxglove, Rerun and converters to LeRobot open."""
+    command_with_words("export", words, to=to, out=out, episodes=episodes, images=images, depth=depth, profile=profile,
+                       rate=rate)
+
+
+@app.command()
 def paper(words: opt.PaperWords = None, out: opt.PaperOut = None) -> None:
     """Write the paper's tables, and each of its numbers beside ours."""
     command_with_words("paper", words, out=out)

@@ -4,7 +4,8 @@
     ├── ConfigError           a setting, a group, an override
     ├── SceneError            a scene file in conf/env
     ├── MapError              a ROS map (YAML and image)
-    └── RunFolderError        not a run folder, half written, another environment or agent
+    ├── RunFolderError        not a run folder, half written, another environment or agent
+    └── BagError              a bag that cannot be read, or holds nothing to learn from
     RunFailed                 exit code 1: the run began and could not go on (full disk, no memory, non-finite loss)
     Terminated                exit code 143: SIGTERM; like KeyboardInterrupt no Exception, so that nothing swallows it
     Unread                    exit code 141: the reader of the output is gone, as head -1 is; no Exception either
@@ -36,6 +37,10 @@ class MapError(UserError):
 
 class RunFolderError(UserError):
     """A folder that holds no run, or not the run that was asked for."""
+
+
+class BagError(UserError):
+    """A bag (MCAP, ROS 2, ROS 1) that cannot be read, or holds nothing to learn from."""
 
 
 class RunFailed(Exception):

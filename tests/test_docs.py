@@ -16,19 +16,22 @@ from entry import Cli
 from office import write_two_rooms
 
 from curionav_cli import build
-from curionav_cli.commands import card, compare, coverage, doctor, init, listing, paper, resume, robot, runs
+from curionav_cli.bags import source
+from curionav_cli.commands import card, compare, coverage, doctor, export, init, listing, paper, resume, robot, runs
 from curionav_cli.commands import map as map_command
 from curionav_cli.commands.arguments import one_of, sorted_out
 from curionav_cli.config import compose
 from curionav_cli.config.settings import settings_yaml
 from curionav_cli.execution import launch
+from curionav_cli.records import Episode
 from curionav_cli.storage.run_folder import RunFolder
 
 ROOT = Path(__file__).resolve().parents[1]
 INDEX = ROOT / "docs" / "index.md"
 DOCS = sorted((ROOT / "docs").rglob("*.md"))
 PAGES = [ROOT / "README.md", *DOCS]
-TYPED = ("README.md", "docs/index.md", "docs/run-folder.md", "docs/maps.md", "docs/evaluate.md", "docs/card.md", "docs/sb3.md")
+TYPED = ("README.md", "docs/index.md", "docs/run-folder.md", "docs/maps.md", "docs/evaluate.md", "docs/card.md",
+         "docs/sb3.md", "docs/bags.md")
 FENCE = re.compile(r"^```.*?^```$", re.MULTILINE | re.DOTALL)
 LINK = re.compile(r"\]\(([^)\s]+)\)")
 
@@ -95,11 +98,13 @@ def typed(cli: Cli, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, an_episode,
     for words in ([], ["pretrained=apartments"]):
         card.run([str(run.path), *words])
     shutil.copytree(run.path, tmp_path / "outputs" / "DATE" / "EVALUATION")
+    write_bag(run.path / "bags" / "episode_000000", replace(an_episode(steps=100), action=np.zeros(100, np.int64)))
+    shutil.copy(run.path / "bags" / "episode_000000" / "episode_000000.mcap", tmp_path / "office.mcap")
     for name in ("0_small_room_lbs_dreamer_0", "1_small_room_lbs_dreamer_1"):
         shutil.copytree(run.path, tmp_path / "outputs" / "DATE" / "SWEEP" / name)
     monkeypatch.setattr(launch, "run_plan", lambda *_: 0)
     monkeypatch.setattr(compose, "COMPOSED", 1)  # of a sweep each value once
-    for name, module in {"coverage": coverage, "compare": compare, "runs": runs, "paper": paper,
+    for name, module in {"coverage": coverage, "compare": compare, "runs": runs, "paper": paper, "export": export,
                          "map": map_command, "card": card}.items():
         monkeypatch.setattr(module, "run", lambda words, name=name, module=module: accepted(name, module, words))
     monkeypatch.setattr(resume, "run", resumable)
@@ -108,6 +113,14 @@ def typed(cli: Cli, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, an_episode,
     monkeypatch.setattr(doctor, "run", lambda: 0)
     monkeypatch.setattr(init, "run", lambda folder: 0)
     return cli
+
+
+def write_bag(folder: Path, episode: Episode) -> None:
+    """Write a bag, where rosbags is installed."""
+    pytest.importorskip("rosbags")
+    from curionav_cli.bags.export import Form, write
+
+    write(folder, episode, 0, Form(source.named("turtlebot4"), True, 10.0, 0.3), None, None, {})
 
 
 def accepted(name: str, module, words: Sequence[str]) -> int:

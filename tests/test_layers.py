@@ -11,11 +11,11 @@ import curionav_cli
 
 LAYERS = (
     "errors", "constants", "geometry", "bounds", "safe_yaml", "files", "decisions", "options", "records",
-    "probe", "world", "robot", "live", "storage", "agents", "remote", "loop", "results", "config", "build", "execution",
-    "commands", "api", "app",
+    "probe", "world", "robot", "live", "storage", "bags", "agents", "remote", "loop", "results", "config", "build",
+    "execution", "commands", "api", "app",
 )
 LENT = {"torch": ("agents",), "hydra": ("config",), "omegaconf": ("config",), "matplotlib": ("results",),
-        "roslibpy": ("live",)}
+        "roslibpy": ("live",), "rosbags": ("bags",)}
 PACKAGE = Path(curionav_cli.__file__).parent
 MODULES = sorted(path for path in PACKAGE.rglob("*.py") if path.parent != PACKAGE or path.stem[0] != "_")
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import difflib
+import re
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
@@ -36,3 +37,16 @@ def one_of(key: str, value: str, values: Sequence[str]) -> str:
         raise ConfigError(f"{key}: {value!r} is not one of {', '.join(values)}."
                           + (f" Did you mean {near[0]}?" if near else ""))
     return value
+
+
+def episode_numbers(key: str, words: str, count: int, run: Path) -> list[int]:
+    """The episodes of '0,5,9' or 'last', sorted, of a run that has `count`.
+
+    Raises ConfigError for anything else, and for episodes that the run does not have.
+    """
+    if not re.fullmatch(r"(\d+|last)(,(\d+|last))*", words):
+        raise ConfigError(f"{key}: {words!r} is not a list of episodes. Write it as {key}=0,5,last")
+    found = sorted({count - 1 if word == "last" else int(word) for word in words.split(",")})
+    if found[-1] >= count:
+        raise ConfigError(f"{run} has no episode {found[-1]}. It has 0 to {count - 1}.")
+    return found

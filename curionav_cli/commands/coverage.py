@@ -5,12 +5,11 @@ Beside the heatmap and the curve: the paths of a few episodes, films of some, an
 
 from __future__ import annotations
 
-import re
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from curionav_cli.commands.arguments import sorted_out
+from curionav_cli.commands.arguments import episode_numbers, sorted_out
 from curionav_cli.commands.summary import print_files, print_table
 from curionav_cli.errors import ConfigError, RunFolderError
 from curionav_cli.execution.screen import a_console
@@ -108,12 +107,7 @@ def indices(key: str, words: str | None, run: Run) -> list[int]:
     last = len(run.episodes) - 1
     if words is None:
         return sorted({0, last // 2, last}) if key == "episodes" else []
-    if not re.fullmatch(r"(\d+|last)(,(\d+|last))*", words):
-        raise ConfigError(f"{key}: {words!r} is not a list of episodes. Write it as {key}=0,5,last")
-    found = sorted({last if word == "last" else int(word) for word in words.split(",")})
-    if found[-1] > last:
-        raise ConfigError(f"{run.folder.path} has no episode {found[-1]}. It has 0 to {last}.")
-    return found
+    return episode_numbers(key, words, last + 1, run.folder.path)
 
 
 def draw(run: Run, folder: Path) -> list[str]:

@@ -88,6 +88,18 @@ Pretrained = Annotated[str | None, option(
 MapFolder = Annotated[list[str] | None, folders("RUN", "The folder of one run, of agent=mapper or a docking robot.")]
 MapOut = Annotated[str | None, option("map", "out", f"{OUT} Default: the run's.")]
 
+ExportFolders = Annotated[list[str] | None, folders("RUN", "Folders of runs or sweeps.")]
+ExportTo = Annotated[str | None, option("export", "to", "The format: mcap.")]
+ExportOut = Annotated[str | None, option("export", "out", f"{OUT} Default: bags in each run's.")]
+ExportEpisodes = Annotated[str | None, option("export", "episodes", "Only these episodes: 0,5,last. Default: all.")]
+ExportImages = Annotated[str | None, option(
+    "export", "images", "png: CompressedImage, without loss (the default); raw: Image.")]
+ExportDepth = Annotated[str | None, option(
+    "export", "depth", "yes (the default): depth of simulated worlds, drawn again; no.")]
+ExportProfile = Annotated[str | None, option(
+    "export", "profile", "The robot whose topics are used: turtlebot2i, turtlebot3 or turtlebot4 (the default).")]
+ExportRate = Annotated[str | None, option("export", "rate", "Steps a second, from 0.1 to 1000. Default: 10.")]
+
 PaperWords = Annotated[list[str] | None, folders(
     "WHAT [RUN]", "hyperparameters: the paper's and ours; sizes: of the scenes; docking: the diagram of the docking "
     "server; numbers: every number of the paper beside ours, from these runs.")]

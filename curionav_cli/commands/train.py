@@ -18,6 +18,7 @@ from curionav_cli.config.job import Outcome
 from curionav_cli.config.schema import Config, Learner
 from curionav_cli.errors import ConfigError
 from curionav_cli.execution import remote_setup
+from curionav_cli.execution.bag_data import folder_of
 from curionav_cli.execution.launch import Request, launch
 from curionav_cli.execution.screen import a_console
 from curionav_cli.execution.serving import serve
@@ -50,7 +51,7 @@ def check(settings: Config) -> None:
     if not settings.loop.iterations:
         raise ConfigError("loop.iterations=0 trains nothing. Set it to 1 or more.")
     build.check(settings)
-    data = Path(settings.data)
+    data = folder_of(settings)
     names = episodes.names(data)
     recorded_in = episodes.environments(data)
     if recorded_in and settings.env.name not in recorded_in:

@@ -11,6 +11,7 @@ from curionav_cli.agents.agent import Agent
 from curionav_cli.config.schema import Config
 from curionav_cli.config.settings import settings_yaml
 from curionav_cli.errors import RunFolderError
+from curionav_cli.execution.bag_data import folder_of
 from curionav_cli.execution.lifecycle import fixed_settings, run_task
 from curionav_cli.execution.precision import with_precision
 from curionav_cli.execution.probing import prober
@@ -42,7 +43,7 @@ class Training:
 
     def __init__(self, settings: Config, folder: Path):
         self.settings, self.run, self.total = settings, RunFolder(folder), settings.loop.iterations
-        self.data, self.world = Path(settings.data or ""), build.world(settings)
+        self.data, self.world = folder_of(settings), build.world(settings)
         begun = read_json(folder / "fixed.json") if self.run.config.is_file() else {}
         names = list(begun.get("episodes", ())) or episodes.names(self.data)
         self.fixed = fixed_settings(settings, self.world.plan)

@@ -17,14 +17,15 @@ def names(data: Path) -> list[str]:
     Raises RunFolderError where there are none, or where one is missing between others of its run.
     """
     if not data.is_dir():
-        raise RunFolderError(f"data: there is no folder {data}.")
+        raise RunFolderError(f"data: {data} is neither a folder nor a bag (.mcap, .bag, .db3)." if data.exists() else
+                             f"data: there is no folder {data}.")
     folders = runs(data)
     for run in folders:
         run.refuse_holes()
     paths = [path for run in folders for path in run.episode_paths()] if folders else sorted(data.glob("*.npz"))
     if not paths:
         raise RunFolderError(f"data: {data} holds no episodes. Give the folder of a run, of a sweep, "
-                             "or one with npz files of episodes in it.")
+                             "or one with npz files of episodes or bags in it; or a bag.")
     return [path.relative_to(data).as_posix() for path in paths]
 
 

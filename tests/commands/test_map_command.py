@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from entry import Cli
 
-from curionav_cli.commands.map import explored_part, newest_map
+from curionav_cli.storage.robot_map import explored_part, newest_map
 from curionav_cli.storage.run_folder import RunFolder
 from curionav_cli.world.scene.ros_map import FREE, OCCUPIED, read_map
 

@@ -13,7 +13,7 @@ from entry import Cli
 from curionav_cli.app import app
 from curionav_cli.storage.run_folder import RunFolder
 
-COMMANDS = ("runs", "coverage", "compare", "paper")
+COMMANDS = ("runs", "coverage", "compare", "export", "paper")
 
 
 def choices(command: str) -> dict[str, tuple[str, ...]]:
