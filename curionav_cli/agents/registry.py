@@ -16,7 +16,6 @@ from curionav_cli.agents.curious_mapper.settings import CuriousMapper
 from curionav_cli.agents.lbs_dreamer.settings import LBSDreamer
 from curionav_cli.agents.mapper.settings import Mapper
 from curionav_cli.agents.setup import Setup
-from curionav_cli.options import chosen
 
 if TYPE_CHECKING:
     from curionav_cli.agents.agent import Agent
@@ -35,6 +34,7 @@ class Registered(NamedTuple):
 
 def random(own: settings.Random, setup: Setup) -> Agent:
     from curionav_cli.agents.baselines import Random
+    from curionav_cli.options import chosen
 
     return Random(setup.seed, chosen(asdict(own)))
 
