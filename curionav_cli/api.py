@@ -25,7 +25,7 @@ from curionav_cli.config.compose import composed
 from curionav_cli.config.schema import Config
 from curionav_cli.decisions import Steps
 from curionav_cli.errors import ConfigError, SoundnessWarning
-from curionav_cli.files import place
+from curionav_cli.places import place
 from curionav_cli.records import Episode, FloorPlan
 from curionav_cli.results.coverage import Coverage
 from curionav_cli.results.runs import Run

@@ -1,9 +1,9 @@
-"""Constants of the whole package: actions and their sizes, the image, the streams of random numbers."""
+"""Constants of the whole package: actions and their sizes, options, the image, the streams of random numbers."""
 
 from __future__ import annotations
 
 import math
-from enum import IntEnum
+from enum import Enum, IntEnum
 
 ACTIONS = FORWARD, LEFT, RIGHT = 0, 1, 2
 STEP_LENGTH = 0.25  # metres of a forward action
@@ -26,3 +26,10 @@ class Stream(IntEnum):
     robot = 21
     dock = 22
     start = 23
+
+
+class OptionSet(Enum):
+    """The values of agent.options: each action alone, or those of options.py."""
+
+    none = "none"
+    seven = "seven"

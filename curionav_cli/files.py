@@ -22,6 +22,7 @@ from typing import IO, Any
 import numpy as np
 
 from curionav_cli.errors import ConfigError, RunFolderError
+from curionav_cli.places import place
 
 BROKEN = (OSError, ValueError, TypeError, OverflowError, LookupError, EOFError, RuntimeError, zipfile.BadZipFile,
           zlib.error, tokenize.TokenError)  # what zipfile and numpy raise for an npz that is none
@@ -143,21 +144,6 @@ def read_json(path: Path) -> Any:
     if isinstance(held, dict) and CRC32.key in held and not CRC32.removed(held):
         raise RunFolderError(f"{path} cannot be read (its checksum is another one). Restore it from a copy.")
     return held
-
-
-def place(text: str | Path) -> Path:
-    """A path as a person types it, ~ expanded: the shell leaves that of out=~/figures to us."""
-    try:
-        return Path(text).expanduser()
-    except RuntimeError:  # ~name of no user is a name like any other
-        return Path(text)
-
-
-def conf_dir() -> Path:
-    """conf/ inside the package (installed from a wheel), or beside it (a checkout)."""
-    package = Path(__file__).resolve().parent
-    inside = package / "conf"
-    return inside if inside.is_dir() else package.parent / "conf"
 
 
 def folder_for(path: str | Path) -> Path:

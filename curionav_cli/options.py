@@ -10,12 +10,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from enum import Enum
 from typing import Any
 
 import numpy as np
 
-from curionav_cli.constants import FORWARD, LEFT, RIGHT
+from curionav_cli.constants import FORWARD, LEFT, RIGHT, OptionSet
 from curionav_cli.decisions import Decisions, Every, Execution, Steps
 from curionav_cli.errors import RunFolderError
 
@@ -23,13 +22,6 @@ SEVEN = (0, 3, -3, 6, -6, 9, -9)  # primitive turns, left positive
 MOVES = 8  # at most, two metres
 NOT_OPTIONS = "{} was recorded without agent.options=seven: its actions up to step {} are no options. " \
               "Set agent.options=none."
-
-
-class OptionSet(Enum):
-    """The values of agent.options."""
-
-    none = "none"
-    seven = "seven"
 
 
 @dataclass(frozen=True)

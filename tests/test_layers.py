@@ -10,7 +10,7 @@ import pytest
 import curionav_cli
 
 LAYERS = (
-    "errors", "constants", "geometry", "bounds", "safe_yaml", "files", "decisions", "options", "records",
+    "errors", "constants", "geometry", "bounds", "safe_yaml", "places", "files", "decisions", "options", "records",
     "probe", "world", "robot", "live", "storage", "bags", "agents", "remote", "loop", "results", "config", "build",
     "execution", "commands", "api", "app",
 )

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from curionav_cli.agents.baselines import Random
-from curionav_cli.constants import FORWARD, LEFT, RIGHT
+from curionav_cli.constants import FORWARD, LEFT, RIGHT, OptionSet
 from curionav_cli.decisions import EACH_STEP, Steps
 from curionav_cli.errors import RunFolderError
-from curionav_cli.options import MOVES, SEVEN, Options, OptionSet, chosen
+from curionav_cli.options import MOVES, SEVEN, Options, chosen
 from curionav_cli.storage.replay import Replay
 
 SHORT = {FORWARD: "F", LEFT: "L", RIGHT: "R"}

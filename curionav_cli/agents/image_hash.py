@@ -14,6 +14,7 @@ import math
 
 import numpy as np
 
+from curionav_cli.agents.distinct import distinct
 from curionav_cli.constants import IMAGE_CHANNELS, IMAGE_SHAPE, IMAGE_SIDE
 
 EXACT = 2**24  # whole numbers below are float32 numbers
@@ -81,7 +82,9 @@ class StateKeys:
 
     def __call__(self, image: np.ndarray) -> list[bytes]:
         """Return a key for each of the images (n, 64, 64, 3) uint8."""
-        return self.keys(self.vectors.state(image[:, None]))
+        first, which = distinct(image)
+        keys = self.keys(self.vectors.state(image[first, None]))
+        return [keys[number] for number in which.tolist()]
 
 
 class ChangeKeys:

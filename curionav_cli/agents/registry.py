@@ -17,7 +17,6 @@ from curionav_cli.agents.lbs_dreamer.settings import LBSDreamer
 from curionav_cli.agents.mapper.settings import Mapper
 from curionav_cli.agents.sb3.settings import SB3
 from curionav_cli.agents.setup import Setup
-from curionav_cli.options import chosen
 
 if TYPE_CHECKING:
     from curionav_cli.agents.agent import Agent
@@ -38,6 +37,7 @@ class Registered(NamedTuple):
 
 def random(own: settings.Random, setup: Setup) -> Agent:
     from curionav_cli.agents.baselines import Random
+    from curionav_cli.options import chosen
 
     return Random(setup.seed, chosen(asdict(own)))
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from curionav_cli.bounds import within
-from curionav_cli.options import OptionSet
+from curionav_cli.constants import OptionSet
 
 
 @dataclass(frozen=True)

@@ -6,9 +6,9 @@ from dataclasses import dataclass
 
 import yaml
 
-from curionav_cli.files import conf_dir
 from curionav_cli.live.sensors import full
 from curionav_cli.live.settings import Profile
+from curionav_cli.places import conf_dir
 from curionav_cli.safe_yaml import LOADER
 
 COMPRESSED = "/compressed"  # the end of a topic of compressed images, whose raw ones have the name before it

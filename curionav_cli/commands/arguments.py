@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from curionav_cli.errors import ConfigError
-from curionav_cli.files import place
+from curionav_cli.places import place
 
 Choices = Mapping[str, Sequence[str]]  # setting -> its values; none: anything
 

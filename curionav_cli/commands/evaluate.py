@@ -20,7 +20,7 @@ from curionav_cli.execution.evaluation import evaluate
 from curionav_cli.execution.launch import Request, launch
 from curionav_cli.execution.screen import a_console
 from curionav_cli.execution.trained import trained_in
-from curionav_cli.files import place
+from curionav_cli.places import place
 from curionav_cli.storage.run_folder import RunFolder
 
 NEEDS_RUN = "evaluate needs the run whose agent is evaluated: curionav evaluate outputs/DATE/RUN env=apartment_1"

@@ -21,7 +21,7 @@ from curionav_cli.config.settings import settings_yaml
 from curionav_cli.errors import ConfigError
 from curionav_cli.execution.launch import Request
 from curionav_cli.execution.trained import take_weights, trained_in
-from curionav_cli.files import place
+from curionav_cli.places import place
 from curionav_cli.storage.model_card import pretrained
 
 

@@ -22,8 +22,9 @@ from curionav_cli.config.search import NOTE, noted
 from curionav_cli.config.settings import read_settings
 from curionav_cli.errors import ConfigError, RunFailed, RunFolderError, SceneError, Terminated, UserError
 from curionav_cli.execution.launch import INTERRUPTED, Request, state
-from curionav_cli.files import place, read_json
+from curionav_cli.files import read_json
 from curionav_cli.live.settings import LINK
+from curionav_cli.places import place
 from curionav_cli.remote.settings import Remote
 from curionav_cli.storage.run_folder import RunFolder
 

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from copy import deepcopy
+from copy import copy, deepcopy
 from typing import Any
 
 from hydra._internal.config_loader_impl import ConfigLoaderImpl
+from hydra._internal.config_repository import ConfigRepository
 from hydra.core.override_parser.overrides_parser import OverridesParser
 from hydra.types import RunMode
 from omegaconf import DictConfig
@@ -13,11 +14,19 @@ from omegaconf import DictConfig
 KEPT = 8  # compositions, of some 100 kB each
 
 
+class Repository(ConfigRepository):
+    """Hydra's repository, whose copies share their sources, which give out copies of configurations anyway."""
+
+    def __deepcopy__(self, memo: dict[int, Any]) -> Repository:
+        return copy(self)
+
+
 class Loader(ConfigLoaderImpl):
     """Compose overrides, or copy what they composed to before. It lasts for one command, as its files are read once."""
 
     def __init__(self, *words: Any, **named: Any):
         super().__init__(*words, **named)
+        self.repository = Repository(self.config_search_path)
         self.composed: dict[tuple[Any, ...], DictConfig] = {}
 
     def load_configuration(self, config_name: str | None, overrides: list[str], run_mode: RunMode,

@@ -14,7 +14,7 @@ from hydra.errors import HydraException
 
 from curionav_cli.config import catalogue
 from curionav_cli.config.schema import Config
-from curionav_cli.files import place
+from curionav_cli.places import place
 
 SETTINGS = ("env.map", "env.overlay", "env.floor", "data", "init", "storage", "hydra.run.dir", "hydra.sweep.dir")
 

@@ -15,7 +15,8 @@ from omegaconf.errors import MissingMandatoryValue, OmegaConfBaseException
 from curionav_cli.agents.registry import AGENTS
 from curionav_cli.config.paths import rooted
 from curionav_cli.config.schema import Config
-from curionav_cli.config.sources import MAIN, ROBOTS, conf_dir, writable
+from curionav_cli.config.schema_source import ROBOTS, writable
+from curionav_cli.config.sources import MAIN, conf_dir
 from curionav_cli.config.suggestions import in_words, type_of
 from curionav_cli.errors import ConfigError, RunFolderError
 from curionav_cli.safe_yaml import refuse_bomb

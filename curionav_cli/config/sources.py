@@ -1,7 +1,7 @@
 """Where settings come from: conf/ of this package, the directories of a user, and the schema.
 
 Hydra's search path, in order of rank: --config-dir, CURIONAV_CONFIG_PATH (directories separated as
-in PATH), conf/. The schema (schema.py) is registered under the hidden group `schema/`.
+in PATH), conf/. The schema (schema.py) is found under the hidden group `schema/` (schema_source.py).
 """
 
 from __future__ import annotations
@@ -10,42 +10,25 @@ import logging
 import os
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
-from copy import deepcopy
-from dataclasses import fields, is_dataclass
-from functools import cache
 from pathlib import Path
-from typing import get_type_hints
 
 import yaml
 from hydra import initialize_config_dir
 from hydra._internal.hydra import Hydra
 from hydra.core.config_search_path import ConfigSearchPath
-from hydra.core.config_store import ConfigStore
 from hydra.core.global_hydra import GlobalHydra
 from hydra.core.plugins import Plugins
 from hydra.plugins.search_path_plugin import SearchPathPlugin
-from omegaconf import DictConfig, OmegaConf
 
-from curionav_cli.agents.registry import AGENTS
-from curionav_cli.config import plugins, schema, search
+from curionav_cli.config import plugins, search
 from curionav_cli.config.loader import Loader
-from curionav_cli.config.whole_numbers import take_any_spelling
+from curionav_cli.config.schema_source import Schema
 from curionav_cli.errors import ConfigError
-from curionav_cli.files import conf_dir, place
-from curionav_cli.live import settings as live_settings
-from curionav_cli.robot import settings as robot_settings
+from curionav_cli.places import conf_dir, place
 from curionav_cli.safe_yaml import refuse_bomb
-from curionav_cli.world import settings as world_settings
 
 MAIN = "config"  # conf/config.yaml
 COMMAND_DEFAULTS = {"dock": ("agent=bounce", "robot=turtlebot2i")}  # that differ from those of conf/
-
-ROBOTS = {
-    "ideal": robot_settings.Robot,
-    "turtlebot2i": robot_settings.Turtlebot,
-    "turtlebot2i_plus": robot_settings.Turtlebot,
-    "rosbridge": live_settings.Rosbridge,
-}
 
 
 @contextmanager
@@ -91,13 +74,14 @@ def user_directories(config_dirs: Iterable[Path | None]) -> list[Path]:
 
 
 class UserDirectories(SearchPathPlugin):
-    """Put the user's directories before conf/; a launcher's workers get the same search path."""
+    """Put the user's directories before conf/, the schema behind; a launcher's workers get the same search path."""
 
     paths: tuple[Path, ...] = ()
 
     def manipulate_search_path(self, search_path: ConfigSearchPath) -> None:
         for path in reversed(self.paths):
             search_path.prepend(provider="user", path=f"file://{path}")
+        search_path.append(provider="curionav", path=f"{Schema.scheme()}://")
 
 
 def register(directories: list[Path]) -> None:
@@ -106,34 +90,4 @@ def register(directories: list[Path]) -> None:
     plugins.broken()
     search.defaults()
     Plugins.instance().register(UserDirectories)
-    register_schema("schema", MAIN, schema.Config, "_global_")
-    register_schema("schema", "env", world_settings.Env, "env")
-    register_schema("schema", "live", world_settings.Live, "env")
-    for name, agent in AGENTS.items():
-        register_schema("schema/agent", name, agent.settings, "agent")
-    for name, node in ROBOTS.items():
-        register_schema("schema/robot", name, node, "robot")
-
-
-@cache
-def register_schema(group: str, name: str, node: type, package: str) -> None:
-    """Register a dataclass with Hydra, once a process."""
-    ConfigStore.instance().store(group=group, name=name, node=converted(node), package=package)
-
-
-def writable(node: type) -> DictConfig:
-    """A frozen dataclass as a config node that YAML and the command line may change."""
-    return deepcopy(converted(node))
-
-
-@cache
-def converted(node: type) -> DictConfig:
-    """The one config node of a dataclass, to be copied."""
-    config = OmegaConf.structured(node)
-    OmegaConf.set_readonly(config, None)
-    hints = get_type_hints(node)
-    for field in fields(node):
-        if is_dataclass(hints[field.name]):
-            config[field.name] = converted(hints[field.name])
-        take_any_spelling(config._get_node(field.name))
-    return config
+    Plugins.instance().register(Schema)

@@ -11,9 +11,7 @@ from typing import Any, NamedTuple
 import matplotlib
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.backend_bases import FigureCanvasBase
 from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.backends.backend_pdf import FigureCanvasPdf
 from matplotlib.colors import ListedColormap, LogNorm
 from matplotlib.figure import Figure, SubFigure
 from matplotlib.image import AxesImage
@@ -69,20 +67,18 @@ def save(figure: Figure, path: Path) -> None:
     """Write PNG and PDF beside each other, finished or absent, without dates in them; their folder is made."""
     path.parent.mkdir(parents=True, exist_ok=True)
     settle(figure)
-    for kind, canvas, metadata in (("png", FigureCanvasAgg, {"Software": None}),
-                                   ("pdf", FigureCanvasPdf, {"CreationDate": None})):
-        with laid_out(figure, canvas):
+    with laid_out(figure):
+        for kind, metadata in (("png", {"Software": None}), ("pdf", {"CreationDate": None})):
             write_whole(path.with_suffix(f".{kind}"), partial(figure.savefig, format=kind, metadata=metadata))
 
 
 @contextmanager
-def laid_out(figure: Figure, canvas: type[FigureCanvasBase]) -> Iterator[None]:
-    """Place what is in a figure for this kind of canvas; savefig would draw all of it once more to do that."""
-    engine, dpi = figure.get_layout_engine(), figure.dpi
+def laid_out(figure: Figure) -> Iterator[None]:
+    """Place what is in a figure once, by its letters on a PNG; savefig would draw all of it once more for each file."""
+    engine = figure.get_layout_engine()
     if engine is not None:
-        canvas(figure)
+        FigureCanvasAgg(figure)
         engine.execute(figure)
-        figure.dpi = dpi  # a PDF's is another
     figure.set_layout_engine(None)
     yield
     figure.set_layout_engine(engine)

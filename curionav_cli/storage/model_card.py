@@ -19,7 +19,8 @@ from typing import Any
 from safetensors import safe_open
 
 from curionav_cli.errors import ConfigError, RunFolderError
-from curionav_cli.files import CRC32, place, read_json
+from curionav_cli.files import CRC32, read_json
+from curionav_cli.places import place
 
 CARD, WEIGHTS = "card.json", "weights.safetensors"
 RECIPES = {"apartments": "make pretrained"}  # how a checkout makes them

@@ -17,7 +17,8 @@ from curionav_cli.config.paths import SETTINGS, as_text, as_typed, quoted
 from curionav_cli.config.schema import Config
 from curionav_cli.config.sources import opened
 from curionav_cli.errors import ConfigError
-from curionav_cli.files import folder_for, place
+from curionav_cli.files import folder_for
+from curionav_cli.places import place
 
 NAMES = ["my map", "a=b", "a#1", "o'brien", "büro", "日本", "[draft] (2)", "{x}", "1e3", "true", "a,b", "a&b;c!", "x\\",
          "q\"u'o\\'te", "$home", "`ls`"]

@@ -78,7 +78,8 @@ class Learner:
         """Scalar loss of policy, value and entropy for reward (T, B), and metrics."""
         hyper = self.hyper
         memory = Memory(batch.hidden, batch.cell)
-        logits, value = self.networks.policy.unroll(batch.image, memory, batch.respawned)  # (T, B, A), (T + 1, B)
+        logits, value = self.networks.policy.unroll(  # (T, B, A), (T + 1, B)
+            batch.image, batch.frame, memory, batch.respawned)
         log_policy = F.log_softmax(logits, -1)
         log_prob = log_policy.gather(-1, batch.action[..., None]).squeeze(-1)  # (T, B)
         ratio = (log_prob.detach() - batch.log_policy).exp()  # pi / mu

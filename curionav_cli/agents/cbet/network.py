@@ -1,6 +1,7 @@
 """The policy of C-BET: five convolutions, dense layers, an LSTM, and linear heads for policy and value.
 
-Letters: T steps, B unrolls, L layers of the LSTM, U its units, F features of the convolutions, A actions.
+Letters: T steps, B unrolls, L layers of the LSTM, U its units, F features of the convolutions, A actions,
+D distinct images of a batch.
 """
 
 from __future__ import annotations
@@ -13,6 +14,7 @@ import torch.nn.functional as F
 from torch import Tensor, nn
 
 from curionav_cli.agents.cbet import settings as cbet_settings
+from curionav_cli.agents.elu import elu
 from curionav_cli.constants import ACTIONS, IMAGE_CHANNELS, IMAGE_SIDE
 
 
@@ -37,7 +39,7 @@ class ImageEncoder(nn.Module):
     def forward(self, image: Tensor) -> Tensor:
         x = image.flatten(0, -4).permute(0, 3, 1, 2).float().mul_(1 / 255)
         for layer in self.layers:
-            x = F.elu(layer(x), inplace=True)
+            x = elu(layer(x))
         return x.flatten(1)
 
 
@@ -63,13 +65,14 @@ class PolicyNetwork(nn.Module):
         output, memory = self._cells(self._encode(image), memory)
         return self.policy(output), memory
 
-    def unroll(self, image: Tensor, memory: Memory, respawned: Tensor) -> tuple[Tensor, Tensor]:
-        """T steps and the frame after them: images (T + 1, B, 64, 64, 3) uint8 -> logits (T, B, A), value (T + 1, B).
+    def unroll(self, image: Tensor, frame: Tensor, memory: Memory, respawned: Tensor) -> tuple[Tensor, Tensor]:
+        """T steps and the frame after them, of images (D, 64, 64, 3) uint8: logits (T, B, A), value (T + 1, B).
 
+        frame: the image of each frame (T + 1, B).
         memory: before the first frame. respawned (B,) bool: the last frame begins an episode, so that the
         memory is zero before it; otherwise only the first frame of an unroll can.
         """
-        inputs = self._encode(image.flatten(0, 1)).unflatten(0, image.shape[:2])
+        inputs = F.embedding(frame, self._encode(image))
         output, state = self.lstm(inputs[:-1], tuple(memory))
         kept = ~respawned[None, :, None]
         last, _ = self._cells(inputs[-1], Memory(*(part * kept for part in state)))

@@ -1,6 +1,6 @@
 """Unrolls: pieces of T steps of an episode, which V-trace learns from B at a time.
 
-Letters: T steps, B unrolls, L layers of the LSTM, U its units.
+Letters: T steps, B unrolls, L layers of the LSTM, U its units, D distinct images of a batch.
 """
 
 from __future__ import annotations
@@ -14,6 +14,9 @@ import torch
 from torch import Tensor
 
 from curionav_cli.agents.cbet.transitions import Transitions
+from curionav_cli.agents.distinct import distinct
+
+REPEATED = 8
 
 
 class Unroll(NamedTuple):
@@ -32,7 +35,8 @@ class Unroll(NamedTuple):
 class Batch(NamedTuple):
     """B unrolls, time first, on the device."""
 
-    image: Tensor  # (T + 1, B, 64, 64, 3)
+    image: Tensor  # (D, 64, 64, 3)
+    frame: Tensor  # (T + 1, B), the image of each frame
     action: Tensor  # (T, B)
     log_policy: Tensor  # (T, B)
     bonus: Tensor  # (T, B)
@@ -65,6 +69,14 @@ def split_episode(transitions: Transitions, acted: ActingRecord, bonus: np.ndarr
 
 
 def stack_unrolls(unrolls: Sequence[Unroll], device: torch.device) -> Batch:
-    """Stack B unrolls, time first, on the device."""
-    parts = [torch.from_numpy(np.stack(part, axis=min(1, part[0].ndim))) for part in zip(*unrolls, strict=True)]
-    return Batch(*(part.to(device) for part in parts))
+    """Stack B unrolls, time first, on the device, equal images once.
+
+    Images are repeated up to a multiple of REPEATED, of which no frame makes use: with as many sizes of batches as of
+    D, freed memory would not fit the next one, and grow by a third.
+    """
+    image, *parts = (np.stack(part, axis=min(1, part[0].ndim)) for part in zip(*unrolls, strict=True))
+    images = image.reshape(-1, *image.shape[2:])
+    first, which = distinct(images)
+    repeated = np.resize(first, -(-len(first) // REPEATED) * REPEATED)
+    arrays = images[repeated], which.reshape(image.shape[:2]), *parts
+    return Batch(*(torch.from_numpy(array).to(device) for array in arrays))

@@ -7,7 +7,7 @@ from enum import Enum
 
 from curionav_cli.agents.lbs_dreamer.settings import BehaviourKind, Curiosity, LBSDreamer
 from curionav_cli.bounds import bounded
-from curionav_cli.options import OptionSet
+from curionav_cli.constants import OptionSet
 
 
 class Surprise(Enum):

@@ -13,8 +13,8 @@ from typing import cast
 import torch
 from torch import Tensor, nn
 
+from curionav_cli.agents.elu import elu
 from curionav_cli.agents.lbs_dreamer.kernels.convolution import convolution, transposed_of_point, transposed_to_patches
-from curionav_cli.agents.lbs_dreamer.kernels.elu import elu
 from curionav_cli.agents.lbs_dreamer.kernels.patches import patch_kernel
 from curionav_cli.constants import IMAGE_CHANNELS, IMAGE_SIDE
 

@@ -6,8 +6,7 @@ from dataclasses import dataclass
 from enum import Enum
 
 from curionav_cli.bounds import bounded, within
-from curionav_cli.constants import IMAGE_CHANNELS, IMAGE_SIDE
-from curionav_cli.options import OptionSet
+from curionav_cli.constants import IMAGE_CHANNELS, IMAGE_SIDE, OptionSet
 
 
 class Precision(Enum):

@@ -11,7 +11,7 @@ import yaml
 
 from curionav_cli.bounds import a_number
 from curionav_cli.errors import SceneError
-from curionav_cli.files import conf_dir
+from curionav_cli.places import conf_dir
 from curionav_cli.world.motion import COLLISIONS
 from curionav_cli.world.scene import layout
 from curionav_cli.world.scene.scene_format import (

@@ -10,7 +10,7 @@ from omegaconf import OmegaConf
 from curionav_cli.agents.cbet import settings as cbet_settings
 from curionav_cli.agents.cbet.agent import CBET
 from curionav_cli.agents.cbet.transitions import Transitions
-from curionav_cli.config.sources import writable
+from curionav_cli.config.schema_source import writable
 from curionav_cli.loop import run_episode
 from curionav_cli.records import Episode
 from curionav_cli.storage.replay import Replay

@@ -64,8 +64,9 @@ class Linear(nn.Module):
         super().__init__()
         self.policy, self.value = nn.Linear(FEATURES, 3), nn.Linear(FEATURES, 1)
 
-    def unroll(self, image, memory, respawned):
-        return self.policy(image[:-1]), self.value(image).squeeze(-1)
+    def unroll(self, image, frame, memory, respawned):
+        seen = image[frame]
+        return self.policy(seen[:-1]), self.value(seen).squeeze(-1)
 
 
 def update_inputs():
@@ -83,7 +84,9 @@ def test_two_updates(theirs, hyper):
     none = SimpleNamespace(learned_bonus=lambda batch: (torch.ones_like(batch.bonus), torch.zeros(())))
     learner = Learner(hyper("paper", **SETTINGS), networks, none)
     for number, (features, behaviour, action, counts) in enumerate(updates):
-        batch = Batch(features, action, chosen(behaviour, action), 1 / counts, torch.zeros(T, B), *[torch.zeros(1)] * 3)
+        frame = torch.arange((T + 1) * B).view(T + 1, B)
+        batch = Batch(features.flatten(0, 1), frame, action, chosen(behaviour, action), 1 / counts, torch.zeros(T, B),
+                      *[torch.zeros(1)] * 3)
         metrics = learner.update(batch)
         close(metrics["policy_loss"], theirs("update")["policy_loss"][number])
         close(0.5 * metrics["value_loss"], theirs("update")["value_loss"][number])
@@ -104,7 +107,8 @@ def test_the_network_of_18_million_weights(theirs, hyper):
     """The released one swaps rows and columns of a picture, so it is shown the mirrored one here."""
     network, image, memory, respawned = network_inputs(hyper("paper"))
     with torch.no_grad():
-        logits, value = network.unroll(image.transpose(2, 3), memory, respawned)
+        frame = torch.arange(6).view(3, 2)
+        logits, value = network.unroll(image.transpose(2, 3).flatten(0, 1), frame, memory, respawned)
     close(logits, theirs("network")["logits"])
     close(value, theirs("network")["value"])
 

@@ -29,7 +29,7 @@ def learner(small_room):
 def batch():
     """T = 5, B = 4, for the tiny network; log mu as of a policy near the uniform one."""
     rng = np.random.default_rng(0)
-    tensors = (rng.integers(0, 256, (6, 4, 64, 64, 3), np.uint8), rng.integers(0, 3, (5, 4)),
+    tensors = (rng.integers(0, 256, (24, 64, 64, 3), np.uint8), np.arange(24).reshape(6, 4), rng.integers(0, 3, (5, 4)),
                rng.normal(-1.1, 0.1, (5, 4)), rng.random((5, 4)) / 2, rng.integers(0, 3, (5, 4)),
                rng.normal(size=(2, 4, 6)) / 3, rng.normal(size=(2, 4, 6)) / 3, np.array([True, False, False, True]))
     return Batch(*(torch.from_numpy(part.astype(np.float32) if part.dtype == float else part) for part in tensors))
@@ -54,7 +54,7 @@ def test_losses_are_summed_over_time_and_averaged_over_unrolls(tiny, learner, ba
     made = learner(tiny(reward="motion"))
     reward = torch.rand(5, 4)
     whole, _ = made.policy_loss(batch, reward)
-    pick = lambda b: Batch(*(part[b:b + 1] if part.dim() == 1 else part[:, b:b + 1] for part in batch))
+    pick = lambda b: Batch(batch.image, *(part[b:b + 1] if part.dim() == 1 else part[:, b:b + 1] for part in batch[1:]))
     single = [made.policy_loss(pick(b), reward[:, b:b + 1])[0] for b in range(4)]
     torch.testing.assert_close(whole, torch.stack(single).mean())
 
@@ -135,7 +135,7 @@ def predicting(tiny, small_room):
 def test_rnd_is_a_distance_and_its_loss(predicting, batch):
     made = predicting("rnd")
     distance, loss = made.learned_bonus(batch)
-    seen = Means()(batch.image[1:].flatten(0, 1))
+    seen = Means()(batch.image[batch.frame[1:].flatten()])
     truth = (made.networks["predictor"][1](seen) - seen).square().sum(-1).sqrt().view(5, 4)
     torch.testing.assert_close(distance, truth.detach())
     torch.testing.assert_close(loss, 0.1 * truth.sum(0).mean())
@@ -146,7 +146,7 @@ def test_rnd_is_a_distance_and_its_loss(predicting, batch):
 def test_icm_and_ride_by_hand(predicting, batch, name):
     made = predicting(name)
     novelty, loss = made.learned_bonus(batch)
-    seen = Means()(batch.image.flatten(0, 1)).view(6, 4, 2)
+    seen = Means()(batch.image)[batch.frame]
     forward, inverse, total = made.networks["dynamics"], made.networks["inverse"], 0.0
     for t in range(5):
         for b in range(4):
@@ -193,13 +193,31 @@ def test_unrolls_side_by_side_are_time_first(agent, room):
     made, place = agent(view="ego", batch_size=99), room(steps=20)
     place.run(made, 2)
     batch, episode = stack_unrolls(made.waiting, torch.device("cpu")), place.replay.episode(1)
-    assert batch.image.shape == (6, 8, 64, 64, 3) and batch.hidden.shape == (2, 8, 6)
+    image = batch.image[batch.frame]
+    assert image.shape == (6, 8, 64, 64, 3) and batch.hidden.shape == (2, 8, 6)
     assert batch.respawned.tolist() == [False, False, False, True] * 2
-    assert (batch.image[:, 5].numpy() == episode.image[5:11]).all()
-    assert (batch.image[:5, 7].numpy() == episode.image[15:20]).all()
-    assert (batch.image[5, 7].numpy() == episode.image[0]).all()
+    assert (image[:, 5].numpy() == episode.image[5:11]).all()
+    assert (image[:5, 7].numpy() == episode.image[15:20]).all()
+    assert (image[5, 7].numpy() == episode.image[0]).all()
     assert batch.action[:, 4].tolist() == episode.action[:5].tolist()
     assert not batch.hidden[:, 4].any() and batch.hidden[:, 5].any()
+
+
+def test_equal_images_are_computed_once_and_give_the_same_update(agent, room, tiny, learner):
+    """Against the same unrolls with every frame an image of its own: losses, and weights after RMSprop."""
+    made, place = agent(view="ego", batch_size=99), room(steps=20)
+    place.run(made, 1)
+    batch = stack_unrolls(made.waiting, torch.device("cpu"))
+    used = batch.frame.max() + 1
+    assert used <= len(batch.image) < used + 8 and len(batch.image) % 8 == 0 and used < batch.frame.numel()
+    assert len({image.numpy().tobytes() for image in batch.image[:used]}) == used
+    apart = batch._replace(image=batch.image[batch.frame.flatten()],
+                           frame=torch.arange(batch.frame.numel()).view_as(batch.frame))
+    for reward in ("motion", "rnd", "ride"):
+        one, other = (learner(tiny(reward=reward)) for _ in range(2))
+        for _ in range(3):
+            torch.testing.assert_close(one.update(batch), other.update(apart), rtol=1e-4, atol=1e-5)
+        torch.testing.assert_close(one.networks.state_dict(), other.networks.state_dict(), rtol=1e-4, atol=1e-5)
 
 
 def test_every_reward_is_one_file_and_one_name():

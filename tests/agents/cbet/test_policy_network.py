@@ -46,7 +46,8 @@ def test_first_weights(tiny):
 @pytest.mark.parametrize("respawned", [[False] * B, [True, False, True]])
 def test_an_unroll_is_acting_step_by_step(network, image, respawned):
     memory = Memory(*(0.5 * torch.randn(2, B, 6, generator=torch.Generator().manual_seed(2)) for _ in range(2)))
-    logits, value = network.unroll(image, memory, torch.tensor(respawned))
+    frame = torch.arange((T + 1) * B).view(T + 1, B)
+    logits, value = network.unroll(image.flatten(0, 1), frame, memory, torch.tensor(respawned))
     for step in range(T):
         output, memory = network._cells(network._encode(image[step]), memory)
         torch.testing.assert_close(logits[step], network.policy(output))
@@ -70,6 +71,9 @@ def test_acting_in_numpy_is_acting_in_torch(network, image):
         torch.testing.assert_close(*(torch.from_numpy(each.step(frame)) for each in (numpy, torchs)))
         for ours, theirs in zip(numpy.memory(), torchs.memory(), strict=True):
             torch.testing.assert_close(torch.from_numpy(ours), torch.from_numpy(theirs))
+    again = image[0, 0].numpy()
+    torch.testing.assert_close(*(torch.from_numpy(each.step(again)) for each in (numpy, torchs)))
+    assert len(numpy.inputs) == len(image)
     kept = numpy.memory()
     numpy.step(image[0, 1].numpy())
     assert (kept[0] != numpy.memory()[0]).any()

@@ -30,7 +30,7 @@ class ICM(Reward):
 
     def learned_bonus(self, batch: Batch) -> tuple[Tensor, Tensor]:
         """The forward error (T, B); loss: forward and inverse errors, weighted, summed over T, mean over B."""
-        features = self.networks["features"](batch.image.flatten(0, 1)).unflatten(0, batch.image.shape[:2])
+        features = F.embedding(batch.frame, self.networks["features"](batch.image))
         before, after = features[:-1], features[1:]  # (T, B, F)
         action = F.one_hot(batch.action, len(ACTIONS)).to(before)
         predicted = self.networks["dynamics"](torch.cat([before, action], dim=-1))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import torch
+import torch.nn.functional as F
 from torch import Tensor, nn
 
 from curionav_cli.agents.cbet import settings as cbet_settings
@@ -21,9 +22,8 @@ class RND(Reward):
 
     def learned_bonus(self, batch: Batch) -> tuple[Tensor, Tensor]:
         """The distance (T, B) for the image reached; loss: its weighted sum over T, mean over B."""
-        reached = batch.image[1:].flatten(0, 1)
         with torch.no_grad():
-            target = self.networks["target"](reached)
-        distance = torch.linalg.vector_norm(self.networks["predictor"](reached) - target, dim=-1)
-        distance = distance.view_as(batch.bonus)
+            target = self.networks["target"](batch.image)
+        error = F.embedding(batch.frame[1:], self.networks["predictor"](batch.image) - target)
+        distance = torch.linalg.vector_norm(error, dim=-1)
         return distance.detach(), self.hyper.rnd_loss * distance.sum(0).mean()

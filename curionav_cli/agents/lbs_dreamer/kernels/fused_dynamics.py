@@ -5,8 +5,8 @@ from __future__ import annotations
 import torch
 from torch import Tensor
 
+from curionav_cli.agents.elu import elu_
 from curionav_cli.agents.lbs_dreamer.kernels import one_hot, rows
-from curionav_cli.agents.lbs_dreamer.kernels.elu import elu_
 from curionav_cli.agents.lbs_dreamer.kernels.fused_steps import call, gru
 from curionav_cli.agents.lbs_dreamer.rssm import RSSM, State
 

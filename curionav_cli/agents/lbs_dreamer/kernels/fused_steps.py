@@ -11,8 +11,8 @@ import numpy as np
 import torch
 from torch import Tensor
 
+from curionav_cli.agents.elu import elu_, elu_backward
 from curionav_cli.agents.lbs_dreamer.kernels import rows
-from curionav_cli.agents.lbs_dreamer.kernels.elu import elu_, elu_backward
 from curionav_cli.agents.lbs_dreamer.kernels.rssm_scan import Slope, Step, Weights
 
 

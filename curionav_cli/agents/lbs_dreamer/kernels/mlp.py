@@ -20,7 +20,7 @@ import torch
 import torch.nn.functional as F
 from torch import Tensor, nn
 
-from curionav_cli.agents.lbs_dreamer.kernels.elu import elu_, elu_backward
+from curionav_cli.agents.elu import elu_, elu_backward
 from curionav_cli.agents.lbs_dreamer.kernels.one_hot import columns_of, summed
 
 PART = 2500  # rows at a time

@@ -9,7 +9,7 @@ import torch
 import torch.nn.functional as F
 from torch import Tensor
 
-from curionav_cli.agents.lbs_dreamer.kernels.elu import elu_
+from curionav_cli.agents.elu import elu_
 from curionav_cli.agents.lbs_dreamer.kernels.precision import as_computed
 
 MANY = 500  # states from which on laying out the columns pays

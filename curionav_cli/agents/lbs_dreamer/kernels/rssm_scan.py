@@ -29,8 +29,8 @@ import torch
 import torch.nn.functional as F
 from torch import Tensor
 
+from curionav_cli.agents.elu import elu_backward
 from curionav_cli.agents.lbs_dreamer.kernels import latent
-from curionav_cli.agents.lbs_dreamer.kernels.elu import elu_backward
 
 aten = torch.ops.aten
 

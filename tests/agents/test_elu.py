@@ -4,14 +4,14 @@ import pytest
 import torch
 import torch.nn.functional as F
 
-from curionav_cli.agents.lbs_dreamer.kernels.elu import ENOUGH, elu, elu_
+from curionav_cli.agents.elu import ENOUGH, elu, elu_
 
 VALUES = torch.cat([torch.linspace(-30, 30, ENOUGH), -torch.logspace(-8, 1.9, ENOUGH)])
 
 
 @pytest.mark.parametrize("part", [1000, 2**20])
 def test_float32_is_right_to_a_ten_millionth(monkeypatch, part):
-    monkeypatch.setattr("curionav_cli.agents.lbs_dreamer.kernels.elu.PART", part)
+    monkeypatch.setattr("curionav_cli.agents.elu.PART", part)
     truth = F.elu(VALUES.double())
     assert (elu_(VALUES.clone()) - truth).abs().max() <= 1.2e-7 * 30  # the last bit of 30
     below = VALUES < 0
