@@ -108,7 +108,7 @@ def evaluated(folders: list[Path], trained: Trained) -> list[dict[str, Any]]:
 def figures(run: Path, others: list[Path]) -> dict[str, Path]:
     """The figures to copy, by their names in the card: the run's, then heatmaps of its evaluations."""
     own = {f"figures/{name}.png": run / "figures" / f"{name}.png" for name in FIGURES}
-    more = {f"figures/evaluated_{file_name(folder.name)}_{path.name}": path for folder in others
+    more = {f"figures/{file_name(folder.name)}_{path.name}": path for folder in others
             for path in sorted((folder / "figures").glob("heatmap*.png"))}
     return {name: path for name, path in {**own, **more}.items() if path.is_file()}
 

@@ -61,7 +61,7 @@ def test_evaluate_opens_a_card_and_a_card_shows_evaluations(cli: Cli, card: Path
     assert cli("card", f"{runs}/trained", "evaluated", "out=more").code == 0
     text = (tmp_path / "more" / "README.md").read_text()
     assert "| apartment_1 | lbs_dreamer | small_room | 1 episodes | 5 | 0 |" in text
-    assert (tmp_path / "more" / "figures" / "evaluated_evaluated_heatmap.png").is_file()
+    assert (tmp_path / "more" / "figures" / "evaluated_heatmap.png").is_file()
     assert "None was chosen" in text
 
 

@@ -66,6 +66,15 @@ def test_several_runs_are_a_sweep_that_compare_reads_and_resume_continues(cli: C
     assert len(list((tmp_path / "sweep").glob("*/episodes/000001.npz"))) == 2
 
 
+def test_an_evaluation_of_an_earlier_version_is_resumed(cli: Cli, runs: Path, tmp_path: Path) -> None:
+    """`init` was called `weights` then."""
+    assert cli("evaluate", f"{runs}/trained", "loop.episodes=1", "hydra.run.dir=run").code == 0
+    config = tmp_path / "run" / "config.yaml"
+    config.write_text(config.read_text().replace("\ninit:", "\nweights:"))
+    answer = cli("resume", "run", "loop.episodes=2")
+    assert answer.code == 0 and "\ninit:" in config.read_text(), answer.error
+
+
 def test_cbet_is_evaluated_without_its_counts(cli: Cli, runs: Path, tmp_path: Path) -> None:
     answer = cli("evaluate", f"{runs}/cbet", "env=apartment_0", "loop.episodes=1", "hydra.run.dir=run")
     assert answer.code == 0, answer.error
