@@ -67,7 +67,7 @@ SWEEPS = ours theirs small large
 FIGURES = figure-apartments figure-small-room figure-large-lab figure-predictions figure-best figure-scenes figure-docking
 TABLES = table-hyperparameters table-sizes table-docking
 
-.PHONY: help setup explore controls teach test clients ros-peer lint clean figures cost comparison paper-vs-ours $(FIGURES) $(TABLES)
+.PHONY: help setup explore controls teach test docs clients ros-peer lint clean figures cost comparison paper-vs-ours $(FIGURES) $(TABLES)
 
 help:
 	@echo "make explore   set up, then run LBS Dreamer in a room, beside random and bounce"
@@ -77,6 +77,7 @@ help:
 	@echo "               one of them: make $(FIGURES) $(TABLES)"
 	@echo "make comparison  ours, C-BET and the baselines: SCALE=cpu, five seeds, hours"
 	@echo "make test      set up, then run the tests, two files at a time (WORKERS=4: four)"
+	@echo "make docs      write the reference pages, and these docs as a site: site/index.html"
 	@echo "make clients   install Stable-Baselines3, torchrl and Minari too, and train with them in every world"
 	@echo "make ros-peer  install a simulated ROS 2 robot and rosbridge server, and test robot=rosbridge on them"
 	@echo "make setup     virtual environment in .venv, versions pinned by constraints.txt"
@@ -172,6 +173,11 @@ comparison: $(RUNS)/many/.done
 test: $(READY)
 	.venv/bin/python -m pytest -q -n $(WORKERS) --dist loadfile
 
+docs: $(READY)
+	.venv/bin/python -m documentation
+	NO_MKDOCS_2_WARNING=1 .venv/bin/python -m mkdocs build --strict --quiet
+	@echo "The site is site/index.html; .venv/bin/python -m http.server -d site has its search too."
+
 clients: $(READY)
 	.venv/bin/pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[dev,clients]'
 	.venv/bin/python -m pytest -q -m clients tests/clients
@@ -194,5 +200,5 @@ lint: $(READY)
 	.venv/bin/mypy
 
 clean:
-	rm -rf .venv build dist .pytest_cache .ruff_cache .mypy_cache
+	rm -rf .venv build dist site .pytest_cache .ruff_cache .mypy_cache
 	find . -name __pycache__ -not -path './.venv/*' -prune -exec rm -rf {} +
