@@ -37,5 +37,5 @@ def relinked(link: re.Match[str], source: str, uri: str) -> str:
     if there.startswith("docs/"):
         there = there.removeprefix("docs/")
     elif there not in OUTSIDE:
-        return f"{text} (`{there}`)" if text.strip("`") not in there else text
-    return f"{picture}[{text}]({posixpath.relpath(there, posixpath.dirname(uri) or '.')}{anchor})"
+        return f"`{there}`" if text.strip("`") in there else f"{text} (`{there}`)"
+    return f"{picture}[{text.removesuffix('.md')}]({posixpath.relpath(there, posixpath.dirname(uri) or '.')}{anchor})"
