@@ -19,9 +19,10 @@ ABOUT = """# Commands
 `curionav COMMAND --help` shows the same. `curionav --version` prints the version; `--install-completion` completes
 commands, options and settings in bash, zsh and fish.
 
-A command exits with 0 when it is done, 1 when the run began and could not go on (or, of `doctor` and `robot check`, when
-something is to be mended), 2 for a wrong setting, file or folder, 130 after Ctrl-C, 141 when its output was closed
-(`| head`), 143 after SIGTERM. What is wrong stands in one to four lines on stderr: [troubleshooting](../troubleshooting.md).
+A command exits with 0 when it is done, 1 when the run began and could not go on (or, of `doctor` and `robot check`,
+when something is to be mended), 2 for a wrong setting, file or folder, 130 after Ctrl-C, 141 when its output was closed
+(`| head`), 143 after SIGTERM. What is wrong stands in one to four lines on stderr
+([troubleshooting](../troubleshooting.md)).
 """
 
 
@@ -67,8 +68,8 @@ def spelled(parameter: Any) -> str:
 def takes(name: str, parameter: Any) -> str:
     """The values that an option takes."""
     kind = parameter.type_descriptor.annotation
-    choices = [one.value for one in kind] if isinstance(kind, type) and issubclass(kind, Enum) else own_choices(name).get(
-        str(parameter.name))
+    members = [one.value for one in kind] if isinstance(kind, type) and issubclass(kind, Enum) else []
+    choices = members or own_choices(name).get(str(parameter.name))
     if choices:
         return ", ".join(map(code, choices))
     return {str: "text", Path: "a path"}.get(kind, "")

@@ -18,8 +18,8 @@ SAID_ELSEWHERE = ("env.note", "env.visitable_sha256")  # of an option: docs/scen
 ABOUT = """# Settings
 
 Settings are typed as `KEY=VALUE` after a command: `curionav explore env=small_room loop.episodes=50`. `curionav explore
---help` shows the same keys with the values of what is chosen beside it; a value out of its range, of another type, or of
-a key that does not exist is answered before anything runs. Values with commas or brackets are quoted for the shell:
+--help` shows the same keys with the values of what is chosen beside it. A value out of its range or of another type
+and a key that does not exist are answered before anything runs. Values with commas or brackets are quoted for the shell:
 `'env.start=[0.5,0.5,90]'`. With `-m` several values make a sweep: `seed=0,1,2`.
 
 Groups are chosen by name: `env=`, `agent=`, `robot=`, `scale=`, `launcher=`, `experiment=`; `curionav list GROUP` shows
@@ -31,8 +31,8 @@ Where the bound of a range is another setting, the number shown is that setting'
 
 INTRODUCTIONS = {
     "remote": "[Remote training](../remote.md) says what they are for.",
-    "env=small_room": "Rooms, walls, furniture and the other lists are those of a [scene](../scenes.md); they stand in a "
-                      "file rather than on the command line.",
+    "env=small_room": "Rooms, walls, furniture and the other lists are those of a [scene](../scenes.md); they stand in "
+                      "a file rather than on the command line.",
     "env=live": "[A real robot](../robot-live.md).",
     "agent=lbs_dreamer": "[Agents](../agents.md), [controls](../curiosity-controls.md), [fidelity](../fidelity.md).",
     "agent=curious_mapper": "[The curious mapper](../curious-mapper.md).",
@@ -67,18 +67,21 @@ def families(words: Sequence[str]) -> Iterator[str]:
         parent = relatives[word]
         if not parent:
             yield from [f"### `{word}`", "", *introduction(word), *own_table(word)]
-            same = (other for other, its in relatives.items() if its == word and settings(other).keys() <= settings(word).keys())
-            for other in same:
+            for other in (other for other, its in relatives.items() if its == word and not new_in(other, word)):
                 yield from [f"`{other}` differs in {differing(other, word)}", ""]
-        elif not settings(word).keys() <= settings(parent).keys():
-            new = [one for key, one in settings(word).items() if key not in settings(parent)]
+        elif new := new_in(word, parent):
             yield from [f"### `{word}`", "", *introduction(word), f"It has the settings of `{parent}`, differing in "
                         f"{differing(word, parent)} Its own are:", "", *table(HEADER, map(row, new)), ""]
 
 
+def new_in(word: str, parent: str) -> list[Setting]:
+    """The settings that an option has and another has not."""
+    return [one for key, one in settings(word).items() if key not in settings(parent)]
+
+
 def relative(word: str, before: Sequence[str]) -> str | None:
     """The earlier option whose settings this one has too, and perhaps more; None for an option of its own kind."""
-    return next((other for other in before if settings(other) and settings(other).keys() <= settings(word).keys()), None)
+    return next((other for other in before if settings(other) and not new_in(other, word)), None)
 
 
 def introduction(word: str) -> list[str]:
@@ -108,7 +111,7 @@ def differing(word: str, parent: str) -> str:
 
 def a_scene(default: Any) -> bool:
     """Whether a default is a list or dictionary of a scene."""
-    return isinstance(default, dict) or isinstance(default, list) and any(isinstance(item, dict) for item in default)
+    return isinstance(default, dict) or (isinstance(default, list) and any(isinstance(item, dict) for item in default))
 
 
 def folders_and_launchers() -> list[str]:

@@ -26,7 +26,8 @@ def literals() -> tuple[str, ...]:
         docstrings = {id(node.value) for node in nodes if isinstance(node, ast.Expr)}
         for node in (node for node in nodes if id(node) not in docstrings):
             if isinstance(node, ast.JoinedStr):
-                found.add("".join(str(part.value) if isinstance(part, ast.Constant) else VARIES for part in node.values))
+                parts = (part.value if isinstance(part, ast.Constant) else VARIES for part in node.values)
+                found.add("".join(map(str, parts)))
             elif isinstance(node, ast.Constant) and isinstance(node.value, str):
                 found.add(node.value)
             elif isinstance(node, ast.ClassDef):
