@@ -19,7 +19,7 @@ ABOUT = """# Settings
 
 Settings are typed as `KEY=VALUE` after a command: `curionav explore env=small_room loop.episodes=50`. `curionav explore
 --help` shows the same keys with the values of what is chosen beside it. A value out of its range or of another type
-and a key that does not exist are answered before anything runs. Values with commas or brackets are quoted for the shell:
+and a key that does not exist are answered before anything runs. Values with commas or brackets are quoted:
 `'env.start=[0.5,0.5,90]'`. With `-m` several values make a sweep: `seed=0,1,2`.
 
 Groups are chosen by name: `env=`, `agent=`, `robot=`, `scale=`, `launcher=`, `experiment=`; `curionav list GROUP` shows
