@@ -82,7 +82,7 @@ else
   MEASURED = loop.episodes=5
 endif
 
-.PHONY: help setup explore controls teach pretrained test clients ros-peer lint clean figures cost comparison paper-vs-ours $(FIGURES) $(TABLES)
+.PHONY: help setup explore controls teach pretrained test docs clients ros-peer lint clean figures cost comparison paper-vs-ours $(FIGURES) $(TABLES)
 
 help:
 	@echo "make explore   set up, then run LBS Dreamer in a room, beside random and bounce"
@@ -93,6 +93,7 @@ help:
 	@echo "               one of them: make $(FIGURES) $(TABLES)"
 	@echo "make comparison  ours, C-BET and the baselines: SCALE=cpu, five seeds, hours"
 	@echo "make test      set up, then run the tests, two files at a time (WORKERS=4: four)"
+	@echo "make docs      write the reference pages, and these docs as a site: site/index.html"
 	@echo "make clients   install Stable-Baselines3, torchrl, tianshou and Minari too, and train with them in every world"
 	@echo "make ros-peer  install a simulated ROS 2 robot and rosbridge server, and test robot=rosbridge on them"
 	@echo "make setup     virtual environment in .venv, versions pinned by constraints.txt"
@@ -198,6 +199,11 @@ endif
 test: $(READY)
 	.venv/bin/python -m pytest -q -n $(WORKERS) --dist loadfile
 
+docs: $(READY)
+	.venv/bin/python -m documentation
+	NO_MKDOCS_2_WARNING=1 .venv/bin/python -m mkdocs build --strict --quiet
+	@echo "The site is site/index.html; .venv/bin/python -m http.server -d site has its search too."
+
 # Without its dependencies: it asks for virtualenv<21, which it does not import and whose filelock is not torch's here.
 TIANSHOU = tianshou sensai-utils pettingzoo deepdiff ordered-set overrides pandas pytz
 clients: $(READY)
@@ -223,5 +229,5 @@ lint: $(READY)
 	.venv/bin/mypy
 
 clean:
-	rm -rf .venv build dist .pytest_cache .ruff_cache .mypy_cache
+	rm -rf .venv build dist site .pytest_cache .ruff_cache .mypy_cache
 	find . -name __pycache__ -not -path './.venv/*' -prune -exec rm -rf {} +

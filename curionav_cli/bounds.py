@@ -2,9 +2,27 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 
-Limits = Mapping[str, tuple[float, float]]
+Range = tuple[float, float]
+Limits = Mapping[str, Range]
+_notes: list[dict[str, Range]] = []
+
+
+@contextmanager
+def noted() -> Iterator[dict[str, Range]]:
+    """Note the ranges that are checked meanwhile, by key: the reference of settings is written from them."""
+    _notes.append({})
+    try:
+        yield _notes[-1]
+    finally:
+        _notes.pop()
+
+
+def note(key: str, least: float, most: float) -> None:
+    for notes in _notes:
+        notes[key] = least, most
 
 
 def a_name(key: str, name: str) -> None:
@@ -15,6 +33,7 @@ def a_name(key: str, name: str) -> None:
 
 def within(key: str, value: float, least: float, most: float) -> None:
     """Raises ValueError with 'key: ...' unless least <= value <= most (nan is never within)."""
+    note(key, least, most)
     if not least <= value <= most:
         raise ValueError(f"{key}: {value} is not between {least} and {most}")
 
@@ -31,5 +50,6 @@ def bounded(key: str, settings: object, limits: Limits) -> None:
 
 def a_number(key: str, value: object, least: float, most: float) -> None:
     """Raises ValueError with 'key must be ...' unless `value`, of any type, is a number from least to most."""
+    note(key, least, most)
     if isinstance(value, bool) or not isinstance(value, int | float) or not least <= value <= most:
         raise ValueError(f"{key} must be a number from {least:g} to {most:g}, not {value!r}")

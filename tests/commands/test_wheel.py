@@ -32,7 +32,10 @@ def test_the_wheel_holds_the_settings(wheel: Path) -> None:
     names = set(ZipFile(wheel).namelist())
     for path in (ROOT / "conf").rglob("*.yaml"):
         assert f"curionav_cli/{path.relative_to(ROOT)}" in names
-    assert not [name for name in names if name.startswith(("tests", "outputs"))]
+    assert not [name for name in names if name.startswith(("tests", "outputs", "documentation"))]
+    described = {name.partition(".dist-info/")[2] for name in names if ".dist-info/" in name}
+    assert described >= {"licenses/LICENSE", "licenses/NOTICE", "extra_metadata/CITATION.cff",
+                         "extra_metadata/CHANGELOG.md", "extra_metadata/CONTRIBUTING.md"}
 
 
 @pytest.mark.wheel
