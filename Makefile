@@ -67,7 +67,7 @@ SWEEPS = ours theirs small large
 FIGURES = figure-apartments figure-small-room figure-large-lab figure-predictions figure-best figure-scenes figure-docking
 TABLES = table-hyperparameters table-sizes table-docking
 
-.PHONY: help setup explore controls teach test clients ros-peer lint clean figures cost comparison paper-vs-ours $(FIGURES) $(TABLES)
+.PHONY: help setup explore controls teach test clients trackers ros-peer lint clean figures cost comparison paper-vs-ours $(FIGURES) $(TABLES)
 
 help:
 	@echo "make explore   set up, then run LBS Dreamer in a room, beside random and bounce"
@@ -175,6 +175,15 @@ test: $(READY)
 clients: $(READY)
 	.venv/bin/pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[dev,clients]'
 	.venv/bin/python -m pytest -q -m clients tests/clients
+
+# trackio needs an older pillow, so that its tests run in an environment of its own, which borrows the rest from .venv.
+TRACKERS = .trackers
+trackers: $(READY)
+	$(PYTHON) -m venv $(TRACKERS)
+	.venv/bin/python -c "import sysconfig; print('import site; site.addsitedir(%r)' % sysconfig.get_path('purelib'))" \
+		> $$(echo $(TRACKERS)/lib/python3*/site-packages)/borrowed.pth
+	$(TRACKERS)/bin/pip install --quiet --disable-pip-version-check -c constraints-trackio.txt trackio
+	$(TRACKERS)/bin/python -m pytest -q -n 0 tests/storage/test_loggers.py tests/storage/test_trackers.py
 
 # A real robot in ROS 2 that is not ours, in an environment of its own: these wheels run code in every Python they are in.
 PEERS = .peers/venv

@@ -7,6 +7,7 @@ show. Rows are written by trackio's own storage and not by trackio.log, whose qu
 from __future__ import annotations
 
 import os
+import shutil
 import sys
 from collections.abc import Sequence
 from pathlib import Path
@@ -28,6 +29,7 @@ class Trackio(Local):
         self.name, self.id = run.path.resolve().name, identity(run)
         self.config = {**settings_of(run), "_Group": sweep_of(run)}
         self.storage.delete_run(self.project, self.name, self.id)
+        shutil.rmtree(folder / "trackio" / "media" / self.project / self.name, ignore_errors=True)
         self.write(run.metrics())
 
     def write(self, rows: Sequence[dict[str, Any]]) -> None:
