@@ -1,4 +1,4 @@
-"""logger=wandb and logger=trackio: they hold the rows of metrics.jsonl, once, also after SIGKILL; wandb sends nothing."""
+"""logger=wandb and logger=trackio hold the rows of metrics.jsonl, once, also after SIGKILL; wandb sends nothing."""
 
 from __future__ import annotations
 
@@ -24,9 +24,10 @@ from curionav_cli.storage.run_folder import RunFolder
 ROWS = [{"episode": n, "steps": 40 * (n + 1), "coverage": 0.125 * (n + 1), "loss": -1.5, "docked": n == 1,
          "found": [n, 7], "question": "which?"} for n in range(3)]
 RUN = ("explore", "agent=random", "loop.steps=12", "loop.episodes=4")
-TRACKERS = [pytest.param(name, marks=pytest.mark.skipif(bool(loggers.missing([name])), reason=f"needs the extra {name}"))
+TRACKERS = [pytest.param(name, marks=pytest.mark.skipif(bool(loggers.missing([name])), reason=f"extra {name}"))
             for name in ("wandb", "trackio")]
-# Kills its own process once the loggers have the third row, of which there is no checkpoint yet, or before they have it.
+SLOW = pytest.mark.slow
+# Kills its own process before or after the loggers have the third row, of which there is no checkpoint yet.
 KILLED = DEADLY + """
 from curionav_cli.storage.loggers import Loggers
 from curionav_cli.storage.run_folder import RunFolder
@@ -41,7 +42,8 @@ app.main()
 
 @pytest.fixture(autouse=True)
 def no_settings_of_wandb(monkeypatch: pytest.MonkeyPatch) -> None:
-    for name in ("WANDB_MODE", "WANDB_PROJECT", "WANDB_RUN_GROUP", "WANDB_ERROR_REPORTING", "TRACKIO_DIR"):
+    for name in (*(f"WANDB_{name}" for name in ("MODE", "PROJECT", "RUN_GROUP", "ERROR_REPORTING", "SERVICE")),
+                 "TRACKIO_DIR"):
         monkeypatch.delenv(name, raising=False)
 
 
@@ -66,7 +68,7 @@ def test_every_row_once_also_when_the_run_goes_on_or_was_rewound(tmp_path: Path,
     assert HELD[name](run).rows == ROWS[:1]
 
 
-@pytest.mark.slow
+@SLOW
 @pytest.mark.parametrize("name", TRACKERS)
 def test_offline_training_has_iterations(tmp_path: Path, name: str) -> None:
     run = RunFolder(tmp_path / "run")
@@ -74,7 +76,7 @@ def test_offline_training_has_iterations(tmp_path: Path, name: str) -> None:
     assert HELD[name](run).rows == run.metrics()
 
 
-@pytest.mark.parametrize("moment", ["logged", *(pytest.param(moment, marks=pytest.mark.slow) for moment in ("stored", "drawn"))])
+@pytest.mark.parametrize("moment", ["logged", pytest.param("stored", marks=SLOW), pytest.param("drawn", marks=SLOW)])
 @pytest.mark.parametrize("name", TRACKERS)
 def test_rows_equal_metrics_after_a_kill_and_resume(tmp_path: Path, warm: Warm, name: str, moment: str) -> None:
     run = RunFolder(tmp_path / "one" / "run")
@@ -89,7 +91,7 @@ def test_rows_equal_metrics_after_a_kill_and_resume(tmp_path: Path, warm: Warm, 
     assert held.figures == {f"figures/{path.stem}" for path in run.figures.glob("*.png")} >= {"figures/heatmap"}
 
 
-@pytest.mark.slow
+@SLOW
 @pytest.mark.parametrize("name", TRACKERS)
 def test_runs_of_a_sweep_are_one_group(tmp_path: Path, cli: Cli, blank_figures: None, name: str) -> None:
     sweep = tmp_path / "made"
@@ -142,7 +144,7 @@ def test_a_logger_that_fails_says_so_once_and_the_run_goes_on(
     assert "No space left" in Path("run/explore.log").read_text()
 
 
-@pytest.mark.slow
+@SLOW
 @pytest.mark.parametrize("name", TRACKERS)
 def test_a_run_may_get_other_loggers_when_it_is_resumed(cli: Cli, blank_figures: None, name: str) -> None:
     assert cli(*RUN, "hydra.run.dir=run").code == 0
@@ -205,7 +207,7 @@ def alone(folder: Path, *words: str) -> str:
 
 
 @pytest.mark.parametrize("name", TRACKERS)
-@pytest.mark.parametrize("mode", ["", *(pytest.param(mode, marks=pytest.mark.slow) for mode in ("offline", "disabled"))])
+@pytest.mark.parametrize("mode", ["", pytest.param("offline", marks=SLOW), pytest.param("disabled", marks=SLOW)])
 def test_nothing_tries_to_leave_the_machine(
         tmp_path: Path, monkeypatch: pytest.MonkeyPatch, name: str, mode: str) -> None:
     monkeypatch.setenv("WANDB_MODE", mode)
@@ -214,7 +216,7 @@ def test_nothing_tries_to_leave_the_machine(
     assert len(RunFolder(tmp_path / "run").metrics()) == 4
 
 
-@pytest.mark.slow
+@SLOW
 def test_what_would_leave_the_machine_is_seen(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """The control of the test above: WANDB_MODE=online asks for a route."""
     pytest.importorskip("wandb", reason="needs the extra wandb")

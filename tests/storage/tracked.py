@@ -66,7 +66,7 @@ def in_trackio(run: RunFolder) -> Held:
 
 
 def split(name: str, label: str, group: str | None, rows: list[dict[str, Any]]) -> Held:
-    drawn = [key for row in rows for key in row if key.startswith("figures/")]
+    drawn = [key for row in rows for key in {"/".join(key.split("/")[:2]) for key in row if key.startswith("figures/")}]
     assert len(drawn) == len(set(drawn)), "a figure was logged twice"
     return Held(name, label, group, [row for row in rows if "episode" in row or "iterations" in row], set(drawn))
 

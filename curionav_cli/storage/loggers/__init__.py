@@ -5,6 +5,7 @@ from __future__ import annotations
 import logging
 import warnings
 from collections.abc import Callable, Sequence
+from functools import partial
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
@@ -38,15 +39,18 @@ class Loggers(Local):
     def __init__(self, run: RunFolder, names: Sequence[str]):
         self.run, self.open = run, dict.fromkeys(names, Local(run))
         for name in names:
-            self.attempt(name, lambda name=name: self.open.update({name: LOGGERS[name](run)}))
+            self.attempt(name, partial(self.begin, name))
+
+    def begin(self, name: str) -> None:
+        self.open[name] = LOGGERS[name](self.run)
 
     def add(self, row: dict[str, Any]) -> None:
         for name, logger in [*self.open.items()]:
-            self.attempt(name, lambda logger=logger: logger.add(row))
+            self.attempt(name, partial(logger.add, row))
 
     def add_figures(self, figures: Sequence[Path]) -> None:
         for name, logger in [*self.open.items()] if figures else []:
-            self.attempt(name, lambda logger=logger: logger.add_figures(figures))
+            self.attempt(name, partial(logger.add_figures, figures))
 
     def close(self) -> None:
         for name, logger in [*self.open.items()]:

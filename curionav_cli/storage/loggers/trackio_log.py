@@ -57,8 +57,8 @@ def keep_in(folder: Path) -> None:
     """Let trackio keep its files in `folder`; it decides where when it is imported, so a loaded one is told."""
     os.environ["TRACKIO_DIR"] = str(folder)
     folder.mkdir(parents=True, exist_ok=True)
-    import trackio.table  # noqa: F401  (with it every module that keeps a folder is loaded)
     import trackio.sqlite_storage
+    import trackio.table  # noqa: F401  (with it every module that keeps a folder is loaded)
 
     for name, module in list(sys.modules.items()):
         if name.partition(".")[0] == "trackio":

@@ -12,7 +12,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from curionav_cli.storage.loggers.logger import Local, identity, settings_of, step_of, sweep_of
+from curionav_cli.storage.loggers.logger import Local, identity, settings_of, sweep_of
 from curionav_cli.storage.run_folder import RunFolder
 
 PROJECT = "curionav"
@@ -23,7 +23,7 @@ class WandB(Local):
     """Row n of metrics.jsonl as step n of a run whose name and id stay the same; runs of a sweep are one group."""
 
     def __init__(self, run: RunFolder):
-        mode = os.environ.get("WANDB_MODE", "").strip() or "offline"
+        mode: Any = os.environ.get("WANDB_MODE", "").strip() or "offline"
         sends = mode in SENDING
         if not sends:
             os.environ["WANDB_ERROR_REPORTING"] = "false"
