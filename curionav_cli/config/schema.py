@@ -57,7 +57,8 @@ class Logger(Enum):
         """The names of `logger=`: one, or a list. Raises ValueError, with the nearest, for one that there is not."""
         if isinstance(value, list | tuple) and not value:
             raise ValueError("logger=[] names no logger. Set logger=local for metrics.jsonl alone.")
-        names: list[Any] = [getattr(one, "value", one) for one in (value if isinstance(value, list | tuple) else [value])]
+        several = value if isinstance(value, list | tuple) else [value]
+        names: list[Any] = [getattr(one, "value", one) for one in several]
         known = [member.value for member in cls]
         for name in names:
             if name not in known:

@@ -37,8 +37,10 @@ def records(path: Path) -> Iterator[bytes]:
 
 
 def in_wandb(run: RunFolder) -> Held:
+    import wandb
     from wandb.proto import wandb_internal_pb2
 
+    wandb.teardown()  # finish() of an offline run returns before the file is whole
     (path,) = run.path.glob("wandb/offline-run-*/*.wandb")
     about, rows = None, []
     for raw in records(path):

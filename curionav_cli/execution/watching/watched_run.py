@@ -69,14 +69,6 @@ class WatchedRun:
 
     # -- pictures ---------------------------------------------------------------------------------
 
-    def episodes(self) -> list[Path]:
-        """The episodes that status.json counts and those after them, in order, up to the first that is missing."""
-        held = len(self.files)
-        paths = [self.folder.episode_path(index) for index in range(held)]
-        while (path := self.folder.episode_path(len(paths))).exists():
-            paths.append(path)
-        return paths
-
     def newest(self) -> tuple[int, Path] | None:
         """Index and file of the newest episode."""
         index = self.status.get("episode", 0)
@@ -131,7 +123,7 @@ class WatchedRun:
 
     def coverage(self) -> Coverage:
         """Coverage of the stored episodes; those that were counted before are not read again."""
-        paths = self.episodes()
+        paths = self.folder.episode_paths()
         stamps = [stamp(path) for path in paths]
         if self.counted is None or stamps[:len(self.files)] != self.files:
             self.counted, self.files = Coverage(self.folder.plan), []

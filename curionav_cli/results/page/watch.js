@@ -46,7 +46,12 @@ function picture(id, run, version, text) {
   if (there && drawn[id] !== source) { image.src = source; drawn[id] = source; }
 }
 
-function tick(value) { return Math.abs(value) >= 1000 ? `${+(value / 1000).toPrecision(3)} k` : `${+value.toPrecision(3)}`; }
+function round(span) {
+  const power = 10 ** Math.floor(Math.log10(span / 4));
+  return [1, 2, 5, 10].map(times => times * power).find(each => each >= span / 5);
+}
+
+function tick(value) { value = Math.abs(value) < 1e-12 ? 0 : value; return Math.abs(value) >= 1000 ? `${+(value / 1000).toPrecision(3)} k` : `${+value.toPrecision(3)}`; }
 
 function curves(runs) {
   const canvas = at("curves"), scale = window.devicePixelRatio || 1, wide = canvas.clientWidth, high = canvas.clientHeight;
@@ -58,14 +63,14 @@ function curves(runs) {
   const most = Math.max(1, ...all.map(point => point[0]));
   let floor = Math.min(0, ...all.map(point => point[1])), ceiling = Math.max(...all.map(point => point[1]));
   if (ceiling === floor) ceiling = floor + 1;
+  const rise = round(ceiling - floor), run_up = round(most);
   const x = step => left + step / most * (right - left), y = value => low - (value - floor) / (ceiling - floor) * (low - top);
   pen.textAlign = "right"; pen.fillStyle = "#4b5563"; pen.strokeStyle = "#e5e7eb";
-  for (let n = 0; n <= 4; n++) {
-    const value = floor + n / 4 * (ceiling - floor);
+  for (let value = Math.ceil(floor / rise) * rise; value <= ceiling; value += rise) {
     pen.beginPath(); pen.moveTo(left, y(value)); pen.lineTo(right, y(value)); pen.stroke();
     pen.fillText(tick(value), left - 6, y(value) + 4);
-    pen.fillText(tick(n / 4 * most), Math.max(left + 8, x(n / 4 * most)), high - 6);
   }
+  for (let step = 0; step <= most; step += run_up) pen.fillText(tick(step), Math.max(left + 8, x(step)), high - 6);
   runs.forEach((run, index) => {
     pen.strokeStyle = colour(index); pen.fillStyle = colour(index); pen.lineWidth = run.name === chosen ? 3 : 1.4;
     pen.beginPath();
@@ -94,7 +99,7 @@ function show(state) {
   const run = runs.find(one => one.name === chosen);
   if (!run) return;
   at("shown").textContent = run.label;
-  at("about").textContent = [run.state, run.progress, run.coverage_text, run.left && `${run.left} left`, run.error].filter(Boolean).join(", ");
+  at("about").textContent = [run.state, run.progress, run.coverage_text && `coverage ${run.coverage_text}`, run.left && `${run.left} left`, run.error].filter(Boolean).join(", ");
   picture("heatmap", run.name, run.pictures.heatmap, run.pictures.heatmap_text);
   picture("camera", run.name, run.pictures.camera, run.pictures.camera_text);
   picture("observed", run.name, run.pictures.predicted, run.pictures.observed_text);

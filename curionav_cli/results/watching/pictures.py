@@ -15,10 +15,12 @@ COLOURS = np.array([to_rgb(kind.color) for kind in floor_plans.KINDS])
 
 
 def heatmap(coverage: Coverage) -> bytes:
-    """Visits of every cell over the floor plan, on a log scale; start and dock are marked."""
-    plan, visits = coverage.plan, coverage.visits
+    """Visits of every square of cells over the floor plan, on a log scale; start and dock are marked."""
+    plan, square = coverage.plan, plots.block_side(coverage.plan)
+    high, wide = plan.solid.shape
+    visits = np.kron(plots.blocks(coverage), np.ones((square, square), np.int64))[:high, :wide]
     picture = COLOURS[floor_plans.kinds(plan)]  # (rows, columns, 3)
-    seen = visits > 0
+    seen = (visits > 0) & ~plan.solid
     picture[seen] = plots.VISITS(LogNorm(1, max(2, int(visits.max())))(visits[seen]))[:, :3]
     rows, columns = floor_plans.window(plan)
     cropped = picture[rows, columns][::-1]
