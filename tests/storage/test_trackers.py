@@ -17,7 +17,7 @@ from warm import Warm
 
 from curionav_cli.errors import SoundnessWarning
 from curionav_cli.storage import loggers
-from curionav_cli.storage.loggers import Loggers
+from curionav_cli.storage.loggers import Loggers, wandb_file
 from curionav_cli.storage.loggers.logger import identity
 from curionav_cli.storage.run_folder import RunFolder
 
@@ -155,10 +155,25 @@ def test_a_run_may_get_other_loggers_when_it_is_resumed(cli: Cli, blank_figures:
     assert answer.code == 2 and "Did you mean wandb?" in answer.error
 
 
+def test_rows_that_wandb_lost_are_missed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """On a full disk wandb's file ends early, and wandb says nothing."""
+    pytest.importorskip("wandb", reason="needs the extra wandb")
+    run = RunFolder(tmp_path / "run")
+    log(run, "wandb", ROWS)
+    (path,) = run.path.glob("wandb/offline-run-*/*.wandb")
+    wandb_file.refuse_lost(path, 3)
+    monkeypatch.setattr(wandb_file, "PATIENCE", 0.0)
+    with pytest.raises(OSError, match="holds 3 of 4 rows; is the disk full"):
+        wandb_file.refuse_lost(path, 4)
+    path.write_bytes(path.read_bytes()[:-150])
+    with pytest.raises(OSError, match=r"of 3 rows and no end; is the disk full"):
+        wandb_file.refuse_lost(path, 3)
+
+
 class Server:
     """A stand-in for a run of wandb that goes on online, where the server has two rows."""
 
-    step, resumed = 2, True
+    step, resumed, id = 2, True, "some"
 
     def __init__(self) -> None:
         self.logged: list[int] = []

@@ -4,13 +4,10 @@ from __future__ import annotations
 
 import json
 import sqlite3
-from collections.abc import Iterator
-from pathlib import Path
 from typing import Any, NamedTuple
 
+from curionav_cli.storage.loggers.wandb_file import records
 from curionav_cli.storage.run_folder import RunFolder
-
-HEADER, BLOCK = 7, 32768  # bytes of a .wandb file: a LevelDB log behind a header
 
 
 class Held(NamedTuple):
@@ -23,24 +20,9 @@ class Held(NamedTuple):
     figures: set[str]
 
 
-def records(path: Path) -> Iterator[bytes]:
-    raw, at, whole = path.read_bytes(), HEADER, b""
-    while at < len(raw):
-        if BLOCK - at % BLOCK < 7:
-            at += BLOCK - at % BLOCK
-        size, kind = int.from_bytes(raw[at + 4:at + 6], "little"), raw[at + 6]
-        whole += raw[at + 7:at + 7 + size]
-        at += 7 + size
-        if kind in (1, 4):  # a whole record, or the last part of one
-            yield whole
-            whole = b""
-
-
 def in_wandb(run: RunFolder) -> Held:
-    import wandb
     from wandb.proto import wandb_internal_pb2
 
-    wandb.teardown()  # finish() of an offline run returns before the file is whole
     (path,) = run.path.glob("wandb/offline-run-*/*.wandb")
     about, rows = None, []
     for raw in records(path):

@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from curionav_cli.storage.loggers.logger import Local, identity, settings_of, sweep_of
+from curionav_cli.storage.loggers.wandb_file import refuse_lost
 from curionav_cli.storage.run_folder import RunFolder
 
 PROJECT = "curionav"
@@ -29,7 +30,8 @@ class WandB(Local):
             os.environ["WANDB_ERROR_REPORTING"] = "false"
         import wandb
 
-        shutil.rmtree(run.path / "wandb", ignore_errors=True)
+        self.folder = run.path / "wandb"
+        shutil.rmtree(self.folder, ignore_errors=True)
         quiet = wandb.Settings(silent=not sends, console="off", disable_git=True, disable_code=True,
                                save_code=False, x_disable_stats=True, x_disable_machine_info=True)
         self.run = wandb.init(
@@ -39,20 +41,21 @@ class WandB(Local):
         self.image = wandb.Image
         self.index = 0
         self.known = self.run.step if sends and self.run.resumed else 0  # rows that the server has
-        for name in ("steps", "iterations"):
-            self.run.define_metric(name, hidden=True)
-        rows = run.metrics()
-        self.run.define_metric("*", step_metric="iterations" if rows and "iterations" in rows[0] else "steps")
-        for row in rows:
+        for row in run.metrics():
             self.add(row)
 
     def add(self, row: dict[str, Any]) -> None:
+        if not self.index:
+            self.run.define_metric("*", step_metric="iterations" if "iterations" in row else "steps")
         if self.index >= self.known:
             self.run.log(row, step=self.index)
         self.index += 1
 
     def add_figures(self, figures: Sequence[Path]) -> None:
         self.run.log({f"figures/{path.stem}": self.image(str(path)) for path in figures}, step=self.index)
+        self.index += 1
 
     def close(self) -> None:
         self.run.finish()
+        for path in self.folder.glob(f"offline-run-*/run-{self.run.id}.wandb"):
+            refuse_lost(path, self.index)
