@@ -15,19 +15,21 @@ import pytest
 from entry import Cli
 from office import write_two_rooms
 
-from curionav_cli.commands import compare, coverage, doctor, init, listing, paper, resume, robot, runs
+from curionav_cli.commands import compare, coverage, doctor, init, listing, paper, resume, robot, runs, watch
 from curionav_cli.commands import map as map_command
 from curionav_cli.commands.arguments import one_of, sorted_out
 from curionav_cli.config import compose
 from curionav_cli.config.settings import settings_yaml
 from curionav_cli.execution import launch
+from curionav_cli.storage import loggers
 from curionav_cli.storage.run_folder import RunFolder
 
 ROOT = Path(__file__).resolve().parents[1]
 INDEX = ROOT / "docs" / "index.md"
 DOCS = sorted((ROOT / "docs").rglob("*.md"))
 PAGES = [ROOT / "README.md", *DOCS]
-TYPED = ("README.md", "docs/index.md", "docs/run-folder.md", "docs/maps.md", "docs/evaluate.md")
+TYPED = ("README.md", "docs/index.md", "docs/run-folder.md", "docs/maps.md", "docs/evaluate.md", "docs/watch.md",
+         "docs/trackers.md")
 FENCE = re.compile(r"^```.*?^```$", re.MULTILINE | re.DOTALL)
 LINK = re.compile(r"\]\(([^)\s]+)\)")
 
@@ -98,6 +100,8 @@ def typed(cli: Cli, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, an_episode,
     monkeypatch.setattr(resume, "run", resumable)
     monkeypatch.setattr(robot, "check", lambda profile, words, move: robot.settings_of(profile, words) and 0)
     monkeypatch.setattr(listing, "run", lambda group, config_dir: one_of("list", group, launch_groups()) and 0)
+    monkeypatch.setattr(watch, "run", lambda folder, port: int(not folder.is_dir()))
+    monkeypatch.setattr(loggers, "find_spec", lambda name: name)  # trackio needs an environment of its own
     monkeypatch.setattr(doctor, "run", lambda: 0)
     monkeypatch.setattr(init, "run", lambda folder: 0)
     return cli

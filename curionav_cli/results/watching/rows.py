@@ -18,6 +18,7 @@ class Rows:
         self.path = path
         self.rows: list[dict[str, Any]] = []
         self.read, self.file = 0, 0  # bytes that were read, and the file's number on the disk
+        self.curve: tuple[Any, list[tuple[int, float]]] = (None, [])  # the last that was asked for
 
     def update(self) -> None:
         """Read what was appended; a file that was replaced, as by a resumed run, is read anew."""
@@ -45,6 +46,11 @@ class Rows:
 
     def points(self, metric: str) -> list[tuple[int, float]]:
         """(step, value) of a metric, at most POINTS of them and always the last."""
+        if self.curve[0] != (metric, self.file, self.read):
+            self.curve = (metric, self.file, self.read), self.thinned(metric)
+        return self.curve[1]
+
+    def thinned(self, metric: str) -> list[tuple[int, float]]:
         found = [(step(row), row[metric]) for row in self.rows if is_number(row.get(metric))]
         every = max(1, math.ceil(len(found) / POINTS))
         return found[(len(found) - 1) % every::every] if found else []
