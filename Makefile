@@ -82,7 +82,7 @@ else
   MEASURED = loop.episodes=5
 endif
 
-.PHONY: help setup explore controls teach pretrained test docs clients ros-peer lint clean figures cost comparison paper-vs-ours $(FIGURES) $(TABLES)
+.PHONY: help setup explore controls teach pretrained test docs clients trackers ros-peer lint clean figures cost comparison paper-vs-ours $(FIGURES) $(TABLES)
 
 help:
 	@echo "make explore   set up, then run LBS Dreamer in a room, beside random and bounce"
@@ -210,6 +210,15 @@ clients: $(READY)
 	.venv/bin/pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[dev,clients]'
 	.venv/bin/pip install --quiet --disable-pip-version-check -c constraints.txt --no-deps $(TIANSHOU)
 	.venv/bin/python -m pytest -q -m clients tests/clients tests/agents/sb3
+
+# trackio needs an older pillow, so that its tests run in an environment of its own, which borrows the rest from .venv.
+TRACKERS = .trackers
+trackers: $(READY)
+	$(PYTHON) -m venv $(TRACKERS)
+	.venv/bin/python -c "import sysconfig; print('import site; site.addsitedir(%r)' % sysconfig.get_path('purelib'))" \
+		> $$(echo $(TRACKERS)/lib/python3*/site-packages)/borrowed.pth
+	$(TRACKERS)/bin/pip install --quiet --disable-pip-version-check -c constraints-trackio.txt trackio
+	$(TRACKERS)/bin/python -m pytest -q -n 0 tests/storage/test_loggers.py tests/storage/test_trackers.py
 
 # A real robot in ROS 2 that is not ours, in an environment of its own: these wheels run code in every Python they are in.
 PEERS = .peers/venv

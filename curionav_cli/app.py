@@ -113,6 +113,14 @@ def resume(folder: opt.BegunFolder, changes: opt.Changes = None, failed: opt.Fai
 
 
 @app.command()
+def watch(folder: opt.WatchedFolder, port: opt.Port = 8787) -> None:
+    """Show a run or a sweep as it goes on, on a page of this machine: heatmap, curves, camera, state, time left."""
+    from curionav_cli.commands import watch
+
+    raise typer.Exit(watch.run(folder, port))
+
+
+@app.command()
 def coverage(words: opt.CoverageFolders = None, marking: opt.CoverageMarking = None,
              denominator: opt.CoverageDenominator = None, episodes: opt.Episodes = None, film: opt.Film = None,
              out: opt.CoverageOut = None) -> None:

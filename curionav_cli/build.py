@@ -11,11 +11,12 @@ from curionav_cli.agents.agent import Agent
 from curionav_cli.agents.lbs_dreamer.settings import Precision
 from curionav_cli.agents.registry import AGENTS
 from curionav_cli.agents.setup import Setup
-from curionav_cli.config.schema import Compile, Config, Device, Logger, Scale
+from curionav_cli.config.schema import Compile, Config, Device, Scale
 from curionav_cli.errors import ConfigError
 from curionav_cli.live.settings import Rosbridge
 from curionav_cli.options import chosen
 from curionav_cli.robot.settings import Turtlebot
+from curionav_cli.storage import loggers
 from curionav_cli.world.env import NavigationEnv
 from curionav_cli.world.real_floor import RealFloor
 from curionav_cli.world.scene.scene import Scene
@@ -84,9 +85,8 @@ def check(settings: Config) -> None:
     if settings.env.engine.value == "numba" and find_spec("numba") is None:
         raise ConfigError("env.engine=numba needs numba, which is not installed. "
                           "Set env.engine=numpy, or: .venv/bin/pip install -c constraints.txt -e '.[fast]'")
-    if settings.logger is Logger.tensorboard and find_spec("tensorboard") is None:
-        raise ConfigError("logger=tensorboard needs tensorboard, which is not installed. "
-                          "Set logger=local, or: .venv/bin/pip install -c constraints.txt -e '.[tensorboard]'")
+    if lacking := loggers.missing(settings.loggers):
+        raise ConfigError(lacking)
     if settings.device is Device.cuda or settings.compile in (Compile.graph, Compile.fused):
         from curionav_cli.agents.device import resolve_device
         from curionav_cli.agents.lbs_dreamer.compile import compile_mode

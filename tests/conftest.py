@@ -9,7 +9,7 @@ import pytest
 os.environ.setdefault("OMP_NUM_THREADS", "1")
 os.environ.setdefault("OMP_WAIT_POLICY", "PASSIVE")
 
-pytest_plugins = ["commandline", "sample_records", "servers", "warm"]
+pytest_plugins = ["browsing", "commandline", "sample_records", "servers", "warm"]
 
 
 @pytest.fixture(autouse=True)

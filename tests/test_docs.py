@@ -19,7 +19,20 @@ from office import write_two_rooms
 from curionav_cli import build
 from curionav_cli.bags import source
 from curionav_cli.build import World
-from curionav_cli.commands import card, compare, coverage, doctor, export, init, listing, paper, resume, robot, runs
+from curionav_cli.commands import (
+    card,
+    compare,
+    coverage,
+    doctor,
+    export,
+    init,
+    listing,
+    paper,
+    resume,
+    robot,
+    runs,
+    watch,
+)
 from curionav_cli.commands import map as map_command
 from curionav_cli.commands.arguments import one_of, sorted_out
 from curionav_cli.config import compose
@@ -28,6 +41,7 @@ from curionav_cli.config.settings import settings_yaml
 from curionav_cli.execution import launch
 from curionav_cli.live import connect
 from curionav_cli.records import Episode
+from curionav_cli.storage import loggers
 from curionav_cli.storage.run_folder import RunFolder
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -113,6 +127,8 @@ def typed(cli: Cli, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, an_episode,
     monkeypatch.setattr(resume, "run", resumable)
     monkeypatch.setattr(robot, "check", lambda profile, words, move: robot.settings_of(profile, words) and 0)
     monkeypatch.setattr(listing, "run", lambda group, config_dir: one_of("list", group, launch_groups()) and 0)
+    monkeypatch.setattr(watch, "run", lambda folder, port: int(not folder.is_dir()))
+    monkeypatch.setattr(loggers, "find_spec", lambda name: name)  # trackio needs an environment of its own
     monkeypatch.setattr(doctor, "run", lambda: 0)
     monkeypatch.setattr(init, "run", lambda folder: 0)
     return cli

@@ -62,6 +62,9 @@ AgentName = Annotated[str | None, option("runs", "agent", "Only runs of this age
 Seed = Annotated[str | None, option("runs", "seed", "Only runs with this seed.")]
 Sort = Annotated[str | None, option("runs", "sort", "By age, coverage, size, state, env, agent, seed or run.")]
 
+WatchedFolder = Annotated[Path, typer.Argument(metavar="RUN", show_default=False, help="A run or a sweep.")]
+Port = Annotated[int, typer.Option("--port", min=0, max=65535, help="Of the page; 0: one that is free.")]
+
 CoverageFolders = Annotated[list[str] | None, folders("RUN", "Folders of runs or sweeps.")]
 CoverageMarking = Annotated[str | None, option("coverage", "marking", f"{MARKING} Default: all.")]
 CoverageDenominator = Annotated[str | None, option("coverage", "denominator", f"{DENOMINATOR} Default: both.")]

@@ -7,6 +7,7 @@ A field without a default has its value in a YAML file. __post_init__ raises Val
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from difflib import get_close_matches
 from enum import Enum
 from typing import Any
 
@@ -43,10 +44,28 @@ class Learner(Enum):
 
 
 class Logger(Enum):
-    """Where metrics go beside metrics.jsonl: nowhere, or to TensorBoard's files in the run folder."""
+    """Where metrics go beside metrics.jsonl: nowhere, or to a file that TensorBoard, Weights & Biases or trackio shows.
+    """
 
     local = "local"
     tensorboard = "tensorboard"
+    wandb = "wandb"
+    trackio = "trackio"
+
+    @classmethod
+    def chosen(cls, value: Any) -> tuple[str, ...]:
+        """The names of `logger=`: one, or a list. Raises ValueError, with the nearest, for one that there is not."""
+        if isinstance(value, list | tuple) and not value:
+            raise ValueError("logger=[] names no logger. Set logger=local for metrics.jsonl alone.")
+        several = value if isinstance(value, list | tuple) else [value]
+        names: list[Any] = [getattr(one, "value", one) for one in several]
+        known = [member.value for member in cls]
+        for name in names:
+            if name not in known:
+                near = get_close_matches(str(name), known, 2)
+                raise ValueError(f"logger: {name!r} is not one of {', '.join(known)}, or a list [...] of them."
+                                 + (f" Did you mean {' or '.join(near)}?" if near else ""))
+        return tuple(dict.fromkeys(names))
 
 
 class Scale(Enum):
@@ -100,9 +119,15 @@ class Config:
     robot: Any
     dock: Dock = field(default_factory=Dock)
     question: str | None = None  # of a sweep, in a sentence; it opens the page that compare writes
-    logger: Logger = Logger.local  # runs of earlier versions do not record it
+    logger: Any = Logger.local  # one, or a list of them; runs of earlier versions do not record it
     init: str | None = None  # the folder of a run or card: evaluate acts with its weights, explore and train begin so
     results: Results = field(default_factory=Results)
 
     def __post_init__(self) -> None:
         within("seed", self.seed, least=0, most=2**32 - 1)
+        Logger.chosen(self.logger)
+
+    @property
+    def loggers(self) -> tuple[str, ...]:
+        """The names of the loggers."""
+        return Logger.chosen(self.logger)

@@ -96,7 +96,8 @@ def changed(config: DictConfig, changes: Sequence[str]) -> Config:
     for change in changes:
         key, _, value = change.partition("=")
         try:
-            OmegaConf.update(config, key, value)
+            kind = type_of(config, key)
+            OmegaConf.update(config, key, yaml.safe_load(value) if kind is Any else value)
         except OmegaConfBaseException as error:
             raise ConfigError(f"{key}: {value!r} is not {in_words(type_of(config, key))}.") from error
     return as_settings(config)

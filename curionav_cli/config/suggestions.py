@@ -66,7 +66,8 @@ def type_of(config: DictConfig, key: str) -> Any:
 
 def choices(config: DictConfig, key: str) -> list[str]:
     """The values of a key that is true or false or an enumeration; [] for any other."""
-    kind = type_of(config, key)
+    kind, value = type_of(config, key), OmegaConf.select(config, key)
+    kind = type(value) if kind is Any and isinstance(value, Enum) else kind  # one of them, or a list
     if kind is bool:
         return ["false", "true"]
     return list(kind.__members__) if isinstance(kind, type) and issubclass(kind, Enum) else []

@@ -22,7 +22,7 @@ from curionav_cli.loop import LocalLearner, run_episodes
 from curionav_cli.records import FloorPlan
 from curionav_cli.results.coverage import cover
 from curionav_cli.storage import checkpoint
-from curionav_cli.storage.loggers import LOGGERS
+from curionav_cli.storage.loggers import Loggers
 from curionav_cli.storage.replay import Replay
 from curionav_cli.storage.run_folder import RunFolder
 
@@ -83,12 +83,21 @@ class Exploration:
 
     def work(self, agent: Agent, first: int) -> None:
         """Run from episode `first` to the last, then draw the figures."""
+        with closing(Loggers(self.run, self.settings.loggers)) as logger:
+            self.explore(agent, first, logger)
+            if self.drawn:
+                draw(self.run)
+            logger.add_figures(drawn_figures(self.run))
+        if self.remote:
+            remote_setup.refuse_undelivered(self.run)
+
+    def explore(self, agent: Agent, first: int, logger: Loggers) -> None:
+        """Run from episode `first` to the last."""
         run, loop, label = self.run, self.settings.loop, f"{self.settings.agent.name} seed {self.settings.seed}"
         coverage = cover(run.plan, run.poses())
         stored = run.episode_paths() if agent.learns and not self.remote else []
         memory = loop.replay_memory * 1e9
         with closing(Replay.open(stored, memory=memory, folder=run.path, every=agent.every)) as replay, \
-                closing(LOGGERS[self.settings.logger.value](run)) as logger, \
                 closing(line(label, first, loop.episodes)) as progress, closing(self.env(first)) as env:
             recorder = Recorder(run, env, agent, None if self.remote else replay, self.fixed, logger,
                                 prober(self.settings, self.fixed, self.world, agent, run.path),
@@ -99,10 +108,11 @@ class Exploration:
                            **recorder.usage())
             run_episodes(env, agent, learn, episodes=loop.episodes, steps=loop.steps, seed=self.settings.seed,
                          watch=recorder, first=first)
-        if self.drawn:
-            draw(run)
-        if self.remote:
-            remote_setup.refuse_undelivered(run)
+
+
+def drawn_figures(run: RunFolder) -> list[Path]:
+    """The figures of a run, PNG files, sorted."""
+    return sorted(run.figures.glob("*.png"))
 
 
 def draw(run: RunFolder) -> None:

@@ -15,7 +15,7 @@ from typing import Any
 from curionav_cli.agents.agent import Agent
 from curionav_cli.config.schema import Config
 from curionav_cli.errors import Unreachable
-from curionav_cli.execution.exploration import Exploration, draw
+from curionav_cli.execution.exploration import Exploration, draw, drawn_figures
 from curionav_cli.execution.lifecycle import run_task
 from curionav_cli.execution.precision import with_precision
 from curionav_cli.execution.probing import prober
@@ -30,7 +30,7 @@ from curionav_cli.remote.robot_sync import Time
 from curionav_cli.remote.training_server import TrainingServer
 from curionav_cli.remote.weight_publisher import WeightPublisher
 from curionav_cli.results.coverage import cover
-from curionav_cli.storage.loggers import LOGGERS
+from curionav_cli.storage.loggers import Loggers
 from curionav_cli.storage.replay import Replay
 from curionav_cli.storage.run_folder import RunFolder
 
@@ -55,7 +55,7 @@ class Service(Exploration):
             ledger = stack.enter_context(closing(Ledger(run.path / "ledger.sqlite")))
             replay = stack.enter_context(closing(Replay.open(
                 run.episode_paths(), memory=loop.replay_memory * 1e9, folder=run.path, every=agent.every)))
-            logger = stack.enter_context(closing(LOGGERS[self.settings.logger.value](run)))
+            logger = stack.enter_context(closing(Loggers(run, self.settings.loggers)))
             recorder = Recorder(run, None, agent, replay, self.fixed, logger,
                                 prober(self.settings, self.fixed, self.world, agent, run.path),
                                 cover(run.plan, run.poses()), ServeProgress(first))
@@ -69,10 +69,10 @@ class Service(Exploration):
                 recorder.episode_done(position, arrival.episode, {**metrics, **seconds})
 
             self.trainer(agent, ledger, learned, first).serve()
-            refused = ledger.refused()
-        for name, reason in refused.items():
-            say(f"episode {name} was not learned from: {reason}")
-        draw(run)
+            for name, reason in ledger.refused().items():
+                say(f"episode {name} was not learned from: {reason}")
+            draw(run)
+            logger.add_figures(drawn_figures(run))
 
     def trainer(self, agent: Agent, ledger: Ledger, learned: Any, first: int) -> TrainingServer:
         """Build the server. Raises RunFolderError where the storage is another run's."""

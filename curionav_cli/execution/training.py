@@ -12,6 +12,7 @@ from curionav_cli.config.schema import Config
 from curionav_cli.config.settings import settings_yaml
 from curionav_cli.errors import RunFolderError
 from curionav_cli.execution.bag_data import folder_of
+from curionav_cli.execution.exploration import drawn_figures
 from curionav_cli.execution.lifecycle import fixed_settings, run_task
 from curionav_cli.execution.precision import with_precision
 from curionav_cli.execution.probing import prober
@@ -21,7 +22,7 @@ from curionav_cli.execution.trained import begin_from, initial
 from curionav_cli.files import read_json
 from curionav_cli.loop import train as learn
 from curionav_cli.storage import episodes
-from curionav_cli.storage.loggers import LOGGERS
+from curionav_cli.storage.loggers import Loggers
 from curionav_cli.storage.replay import Replay
 from curionav_cli.storage.run_folder import RunFolder
 
@@ -68,11 +69,16 @@ class Training:
         self.run.write_metrics([row for row in self.run.metrics() if row["iterations"] <= done])
 
     def work(self, agent: Agent, first: int) -> None:
+        """Train from iteration `first` to the last, then draw the figures."""
+        with closing(Loggers(self.run, self.settings.loggers)) as logger:
+            self.train(agent, first, logger)
+            logger.add_figures(drawn_figures(self.run))
+
+    def train(self, agent: Agent, first: int, logger: Loggers) -> None:
         """Train from iteration `first` to the last."""
         run, label = self.run, f"{self.settings.agent.name} seed {self.settings.seed}"
         stored, memory = [self.data / name for name in self.fixed["episodes"]], self.settings.loop.replay_memory * 1e9
         with closing(Replay.open(stored, memory=memory, folder=run.path, every=agent.every)) as replay, \
-                closing(LOGGERS[self.settings.logger.value](run)) as logger, \
                 closing(line(label, first, self.total)) as progress:
             probes = prober(self.settings, self.fixed, self.world, agent, run.path, EVERY)
             recorder = TrainRecorder(run, agent, replay, self.fixed, logger, probes, TrainProgress(progress))

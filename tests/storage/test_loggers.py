@@ -26,8 +26,19 @@ def events(run: RunFolder) -> dict[str, list[tuple[int, float]]]:
     for path in sorted((run.path / "tensorboard").iterdir()):
         for event in EventFileLoader(str(path)).Load():
             for value in event.summary.value:
+                if value.tag.startswith("figures/"):
+                    continue
                 found.setdefault(value.tag, []).append((event.step, value.tensor.float_val[0]))
     return found
+
+
+def figures(run: RunFolder) -> set[str]:
+    """The tags of the images that TensorBoard's own reader finds."""
+    from tensorboard.backend.event_processing.event_accumulator import EventAccumulator
+
+    reader = EventAccumulator(str(run.path / "tensorboard"), size_guidance={"images": 0})
+    reader.Reload()
+    return set(reader.Tags()["images"])
 
 
 def log(run: RunFolder, rows: list[dict]) -> None:
@@ -64,6 +75,7 @@ def test_the_command_logs_its_episodes(tmp_path: Path) -> None:
     with pytest.raises(SystemExit, match="0"):
         main(words)
     assert events(run)["coverage"] == [(row["steps"], pytest.approx(row["coverage"])) for row in run.metrics()]
+    assert figures(run) == {"figures/heatmap", "figures/coverage"}
 
 
 def test_training_counts_its_iterations(tmp_path: Path) -> None:

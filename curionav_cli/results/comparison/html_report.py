@@ -15,9 +15,9 @@ from typing import Any, NamedTuple
 import cv2
 
 from curionav_cli.results.comparison.tables import Table
+from curionav_cli.results.page import part
 from curionav_cli.results.tables import Row, cells
 
-TEMPLATE = Path(__file__).with_name("report.html")
 BAD = ("LEFT OUT", "GAP", "WARNING")  # beginnings of lines that are marked
 LOSSLESS = [cv2.IMWRITE_WEBP_QUALITY, 101]
 
@@ -43,7 +43,8 @@ def page(title: str, question: str, sections: Sequence[Section]) -> str:
     body = [f'<p class="question">{escape(question)}</p>' if question else "", f"<nav>{links}</nav>"]
     for name, parts in shown:
         body += [f'<h2 id="{anchor(name)}">{escape(name)}</h2>', *parts]
-    return Template(TEMPLATE.read_text()).substitute(title=escape(title), body="\n".join(body))
+    return Template(part("report.html")).substitute(
+        title=escape(title), body="\n".join(body), style=part("style.css"), script=part("sort.js"))
 
 
 def anchor(name: str) -> str:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import shutil
-from collections.abc import Iterator
 from html.parser import HTMLParser
 from pathlib import Path
 from typing import Any
@@ -65,19 +63,6 @@ def test_the_page_is_whole_and_asks_for_nothing(page: Path) -> None:
 def test_a_cell_is_sorted_by_its_plain_value() -> None:
     assert html_report.plain(Estimate(0.25, 0.2,
                                       0.3)) == "0.25" and html_report.plain(None) == "" and html_report.plain(3) == "3"
-
-
-@pytest.fixture
-def browser() -> Iterator[Any]:
-    """Headless Chromium: the system's, or playwright's own."""
-    playwright = pytest.importorskip("playwright.sync_api")
-    with playwright.sync_playwright() as started:
-        path = shutil.which("chromium") or started.chromium.executable_path
-        if not Path(path).exists():
-            pytest.skip("no Chromium")
-        opened = started.chromium.launch(executable_path=path, args=["--no-sandbox"])
-        yield opened
-        opened.close()
 
 
 def opened(browser: Any, page: Path) -> tuple[Any, list[str], list[str]]:
