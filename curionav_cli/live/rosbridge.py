@@ -10,7 +10,8 @@ import roslibpy
 from roslibpy.core import GoalStatus, RosTimeoutError, ServiceException
 from roslibpy.ros1 import actionlib
 
-from curionav_cli.live.transport import Callback, Goal, Message
+from curionav_cli.live.action_server import ActionServer
+from curionav_cli.live.transport import Callback, Goal, Message, Server
 from curionav_cli.robot.docking.action import GoalState
 
 ASKING = 3.0  # seconds to wait for the server's own services
@@ -63,6 +64,11 @@ class Rosbridge:
         if self.version == 1:
             return Goal1(self._client(name, kind, actionlib.ActionClient), goal)
         return Goal2(self._client(name, kind, roslibpy.ActionClient), goal)
+
+    def offer(self, name: str, kind: str, server: Server) -> None:
+        if self.version == 1:
+            raise NotImplementedError(f"{name}: actions of ROS 1 are not offered")
+        ActionServer(self.ros, name, kind, server)
 
     def topics(self) -> dict[str, str]:
         try:
