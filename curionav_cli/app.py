@@ -156,7 +156,7 @@ def robot_check(profile: opt.Profile, words: opt.RobotWords = None, move: opt.Mo
 @app.command()
 def serve(words: opt.ServedWords = None, speed: opt.Speed = 1.0, images: opt.Images = 10.0, robots: opt.Robots = None,
           exact: opt.Exact = False) -> None:
-    """A simulated world as a robot for others, over rosbridge: curionav serve env=small_room robot.profile=turtlebot4."""
+    """A simulated world as a robot for others, over rosbridge: curionav serve env=small_room robot=turtlebot2i."""
     from curionav_cli.commands import serve as command
     from curionav_cli.live.served.settings import Serving
 

@@ -48,7 +48,7 @@ def run(words: list[str], serving: Serving, names: list[str]) -> int:
         for robot in robots:
             introduce(robot, say)
         try:
-            Pace(robots, serving.speed, say).run(watching(transport, say))
+            Pace(robots, serving.speed, say).run(watching(transport, robots, say))
         except KeyboardInterrupt:
             say("\nstopped")
     return 0
@@ -110,13 +110,17 @@ def introduce(robot: ServedRobot, say: Callable[[str], None]) -> None:
         f"{' '.join(action.name for action in link.profile.actions().values()) or '(none)'}. Ctrl-C ends it.")
 
 
-def watching(transport: Transport, say: Callable[[str], None]) -> Callable[[], None]:
-    """Say when the connection is lost and when it is there again."""
-    alive = [True]
+def watching(transport: Transport, robots: list[ServedRobot], say: Callable[[str], None]) -> Callable[[], None]:
+    """Say when the connection is lost and when it is there again, and what the server refuses."""
+    names, said, alive = [name for robot in robots for name in robot.names()], set[str](), [True]
 
     def watch() -> None:
         now = transport.is_alive()
         if now != alive[0]:
             say("connected again" if now else "the connection is lost; waiting for the server")
         alive[0] = now
+        for name in names:
+            if name not in said and transport.complaint(name):
+                said.add(name)
+                say(f"{name} is not served; the server says: {transport.complaint(name)}")
     return watch

@@ -47,7 +47,8 @@ class ActionServer:
             self._advertise()
 
     def _advertise(self, protocol: object = None) -> None:
-        self._send({"op": "advertise_action", "action": self.name, "type": self.kind})
+        self._send({"op": "advertise_action", "action": self.name, "type": self.kind,
+                    "id": f"advertise_action:{self.name}:{self.ros.id_counter}"})
 
     def _send(self, message: Message) -> None:
         if self.ros.is_connected:  # a goal ends with its connection

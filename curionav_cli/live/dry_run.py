@@ -48,6 +48,9 @@ class DryRun:
     def actions(self) -> list[str] | None:
         return self.inner.actions()
 
+    def complaint(self, name: str) -> str:
+        return self.inner.complaint(name)
+
     def is_alive(self) -> bool:
         return self.inner.is_alive()
 

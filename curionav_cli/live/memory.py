@@ -54,6 +54,9 @@ class Memory:
     def actions(self) -> list[str] | None:
         return list(self.servers) if self.told else None
 
+    def complaint(self, name: str) -> str:
+        return ""
+
     def is_alive(self) -> bool:
         return self.alive
 
@@ -92,6 +95,9 @@ class OtherSide:
 
     def actions(self) -> list[str] | None:
         return self.link.actions()
+
+    def complaint(self, name: str) -> str:
+        return self.link.complaint(name)
 
     def is_alive(self) -> bool:
         return self.link.is_alive()

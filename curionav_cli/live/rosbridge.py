@@ -34,6 +34,9 @@ class Rosbridge:
         self.version = ros
         self.ros = roslibpy.Ros(host, port)
         self.ros.factory.maxDelay = RETRY
+        self._complaints: dict[str, tuple[str, str]] = {}  # name: operation, and what the server says
+        self.ros.on("status", self._take_status)
+        self.ros.on("ready", lambda protocol: self._complaints.clear())
         self._published: dict[str, Any] = {}
         self._clients: dict[str, Any] = {}
         try:
@@ -47,7 +50,8 @@ class Rosbridge:
         self._published[topic].advertise()
 
     def publish(self, topic: str, message: Message) -> None:
-        if self.is_alive():  # else roslibpy keeps it, and an old command would arrive after a new connection
+        refused = self._complaints.get(topic, ("", ""))[0] == "advertise"
+        if self.is_alive() and not refused:  # else roslibpy keeps it, and an old command would arrive later
             self._published[topic].publish(roslibpy.Message(message))
 
     def subscribe(self, topic: str, kind: str, callback: Callback, newest: bool = False) -> None:
@@ -86,6 +90,9 @@ class Rosbridge:
         except (TimeoutError, KeyError):
             return None
 
+    def complaint(self, name: str) -> str:
+        return self._complaints.get(name, ("", ""))[1]
+
     def is_alive(self) -> bool:
         return bool(self.ros.is_connected)
 
@@ -96,6 +103,12 @@ class Rosbridge:
         until = time.monotonic() + CLOSING  # so that the last command, to stop, is on its way
         while self.is_alive() and time.monotonic() < until:
             time.sleep(0.01)
+
+    def _take_status(self, message: Message) -> None:
+        """Keep an error of the server; its id is that of our message, as in advertise:/tf:12."""
+        operation, _, rest = str(message.get("id", "")).partition(":")
+        if rest and message.get("level") == "error":
+            self._complaints.setdefault(rest.rpartition(":")[0], (operation, str(message.get("msg", ""))))
 
     def _client(self, name: str, kind: str, make: Any) -> Any:
         if name not in self._clients:

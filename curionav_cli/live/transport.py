@@ -65,6 +65,9 @@ class Transport(Protocol):
     def actions(self) -> list[str] | None:
         """Return the names of the actions that are there; None where the other side cannot tell."""
 
+    def complaint(self, name: str) -> str:
+        """Return what the other side says is wrong with a topic or an action of ours; "" where nothing."""
+
     def is_alive(self) -> bool:
         """Return whether the connection stands."""
 

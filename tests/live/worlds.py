@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import math
 from collections import defaultdict
+from functools import lru_cache
 from typing import Any
 
 from curionav_cli.commands import serve
+from curionav_cli.config.compose import composed
 from curionav_cli.config.schema import Config
 from curionav_cli.live.env import LiveRobot
 from curionav_cli.live.memory import Memory, OtherSide
@@ -16,20 +18,30 @@ from curionav_cli.live.settings import Rosbridge
 from curionav_cli.records import Pose
 from curionav_cli.robot.docking.action import GoalState
 from curionav_cli.world.real_floor import RealFloor
-from curionav_cli.world.settings import Live
 
 LASTING = "robot.battery.capacity=20000"  # simulated seconds; a step over topics takes longer than in simulation
+
+
+@lru_cache
+def settings_of(*words: str) -> tuple[Rosbridge, Config]:
+    """What is served by `words`, with a lasting battery unless they say otherwise."""
+    lasting = [] if any(word.startswith("robot.battery") for word in words) else [LASTING]
+    return serve.settings_of([*words, *lasting])
+
+
+@lru_cache
+def floor_of(profile: str) -> RealFloor:
+    """What robot=rosbridge knows of the floor."""
+    return RealFloor.of(composed("explore", "env=live", "robot=rosbridge", f"robot/profile={profile}").env)
 
 
 class World:
     """A served robot and the client's end of its transport. It is the clock: time passes in `sleep` only."""
 
     def __init__(self, *words: str, **serving: Any):
-        self.link: Rosbridge
-        self.settings: Config
-        self.link, self.settings = serve.settings_of([*words, LASTING] if "battery" not in "".join(words) else [*words])
+        self.link, self.settings = settings_of(*words)
         self.memory, self.said = Memory({}), list[str]()
-        self.robot: ServedRobot = serve.served(self.settings, self.link, Serving(**serving), [],
+        self.robot: ServedRobot = serve.served(self.settings, self.link, Serving(**{"images": 2.0, **serving}), [],
                                                OtherSide(self.memory), self.said.append, 0.0)[0]
 
     def now(self) -> float:
@@ -49,15 +61,7 @@ class World:
             (asked if asked is not None else []).append(what)
             self.robot.body.put_back()
             self.sleep(0.2)
-        floor = Live(**{**vars(live_env(self.link)), "radius": self.robot.body.scene.plan.radius})
-        return LiveRobot(RealFloor.of(floor), self.link, self.memory, self, person)
-
-
-def live_env(link: Rosbridge) -> Live:
-    """env=live as the profile has it."""
-    from conftest import settings_of
-
-    return settings_of(link.profile.name).env
+        return LiveRobot(floor_of(self.link.profile.name), self.link, self.memory, self, person)
 
 
 class Client:

@@ -8,9 +8,8 @@ from dataclasses import replace
 
 from curionav_cli.live.served.body import TICK, ServedBody
 from curionav_cli.live.transport import Message
-from curionav_cli.robot.docking.action import Code
+from curionav_cli.robot.docking.action import Code, GoalState
 from curionav_cli.robot.docking.action import Goal as DockGoal
-from curionav_cli.robot.docking.action import GoalState
 from curionav_cli.robot.docking.server import DockingServer
 from curionav_cli.robot.localiser import Localiser
 from curionav_cli.robot.navigation import Navigator

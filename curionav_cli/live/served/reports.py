@@ -163,9 +163,9 @@ def clock(now: Moment) -> Message:
 
 
 Writer = Callable[[Moment], Message]
-POWER = {"BatteryState": battery, "SensorState": kobuki_state}
-TOUCH = {"BumperEvent": kobuki_bumper, "CliffEvent": kobuki_quiet, "WheelDropEvent": kobuki_quiet,
-         "HazardDetectionVector": hazards, "SensorState": turtlebot3_state}
+POWER: dict[str, Writer] = {"BatteryState": battery, "SensorState": kobuki_state}
+TOUCH: dict[str, Writer] = {"BumperEvent": kobuki_bumper, "CliffEvent": kobuki_quiet, "WheelDropEvent": kobuki_quiet,
+                            "HazardDetectionVector": hazards, "SensorState": turtlebot3_state}
 WRITERS: dict[str, dict[str, Writer]] = {
     "image": {"CompressedImage": compressed, "Image": colour}, "depth": {"Image": depth}, "scan": {"LaserScan": laser},
     "odom": {"Odometry": odometry}, "imu": {"Imu": gyro}, "battery": POWER,

@@ -72,7 +72,13 @@ class ServedRobot:
         self.transport.subscribe(full(self.link.namespace, HAND), f"std_msgs/{'msg/' * (profile.ros == 2)}Empty",
                                  self._take_hand)
         for key, action in profile.actions().items():
-            self.transport.offer(full(self.link.namespace, action.name), action.type, partial(self._take_goal, key, action.type))
+            take = partial(self._take_goal, key, action.type)
+            self.transport.offer(full(self.link.namespace, action.name), action.type, take)
+
+    def names(self) -> list[str]:
+        """The full names of its topics and actions."""
+        actions = [full(self.link.namespace, action.name) for action in self.link.profile.actions().values()]
+        return [*(sent.name for sent in self.sent), self.commands.partition(" ")[0], *actions]
 
     # -- what comes in, in any thread -----------------------------------------------------------------------------
 
@@ -140,7 +146,7 @@ class ServedRobot:
         dark = self.body.charging and bool(self.link.profile.undock.name)
         now = self.moment()
         for key, name, write, every in self.sent:
-            due = every and self.body.ticks % every == 0 or changed and key.startswith("contact")
+            due = (every and self.body.ticks % every == 0) or (changed and key.startswith("contact"))
             if due and not (dark and key in SILENT_ON_DOCK):
                 self.transport.publish(name, write(now))
 
@@ -160,14 +166,17 @@ class ServedRobot:
 def topics_of(link: Rosbridge, serving: Serving) -> dict[str, Topic]:
     """Everything that is sent, each topic once: those of the profile, the true pose, frames and clock.
 
-    Raises ConfigError for images of which the profile uses a part.
+    Raises ConfigError for images of which the profile uses a part, and for a type that is not known.
     """
     profile, kind = link.profile, "msg/" * (link.profile.ros == 2)
     if min(profile.image.crop, profile.depth.crop) < 1.0:
         raise ConfigError("robot.profile.image.crop, depth.crop: served images are square and used whole. Set 1.")
-    more = {"truth": Topic("/ground_truth", f"nav_msgs/{kind}Odometry"), "frames": Topic("/tf", f"tf2_msgs/{kind}TFMessage")}
+    more = {"truth": Topic("/ground_truth", f"nav_msgs/{kind}Odometry"),
+            "frames": Topic("/tf", f"tf2_msgs/{kind}TFMessage")}
     if serving.speed != 1.0:
         more["clock"] = Topic("/clock", f"rosgraph_msgs/{kind}Clock")
     found = {**profile.topics(), **more}
+    for key, topic in found.items():
+        writer(key, topic.type)
     names = [topic.name for topic in found.values()]
     return {key: topic for at, (key, topic) in enumerate(found.items()) if topic.name not in names[:at]}
