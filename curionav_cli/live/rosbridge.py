@@ -65,6 +65,7 @@ class Rosbridge:
             raise TimeoutError(f"{service}: {error}") from error
 
     def action(self, name: str, kind: str, goal: Message) -> Goal:
+        self._complaints.pop(name, None)  # of the goal before
         if self.version == 1:
             return Goal1(self._client(name, kind, actionlib.ActionClient), goal)
         return Goal2(self._client(name, kind, roslibpy.ActionClient), goal)
