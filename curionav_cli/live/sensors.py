@@ -95,10 +95,13 @@ class Sensors:
         if broken:
             raise broken
         self.travel.check()
+        refused = next(filter(self.complaint, self.needed), "")
+        if refused:
+            topic = self.topics[refused]
+            raise MessageFault(f"{topic.name} ({topic.type}) does not reach us{self.complaint(refused)}")
         silent = next((key for key in self.needed if key not in without and self.age(key) > self.stale), "")
         if silent:
-            raise Fault(f"{self.topics[silent].name} has been silent for {self._words(silent)} ({silent})"
-                        f"{self.complaint(silent)}")
+            raise Fault(f"{self.topics[silent].name} has been silent for {self._words(silent)} ({silent})")
 
     def age(self, key: str) -> float:
         """Seconds since the last message arrived; inf before the first."""

@@ -34,7 +34,7 @@ class Wheels:
         self.transport, self.sensors, self.settings, self.clock = transport, sensors, settings, clock
         self.velocity = (0.0, 0.0)
         self.goal: Goal | None = None
-        self._acting = ""  # the action of the goal
+        self._acting, self.answer = "", ""  # the action of the goal; what the base said at the last one's end
         topic = settings.profile.velocity
         self.topic = full(settings.namespace, topic.name)
         self.stamped = stamped(settings, transport, self.topic)
@@ -75,7 +75,7 @@ class Wheels:
         except BaseException:
             self.halt()
             raise
-        self.goal = None
+        self.goal, self.answer = None, f" ({sent.text})" if sent.text.strip("{}") else ""
         return sent.state
 
     def _cancelled(self, sent: Goal, pause: Pause) -> GoalState:

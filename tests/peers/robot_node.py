@@ -2,8 +2,8 @@
 
 Sends /image (Image rgb8), /depth (Image 32FC1), /odom, /imu, /battery_state and listens to /cmd_vel (TwistStamped).
 /dock and /undock are actions of type test_msgs/action/Fibonacci, an action type that PyPI has. Lines on standard input
-change it: silent TOPIC, speak TOPIC, dock succeed|abort|hang, encoding NAME, jump METRES, side PIXELS. It prints READY, then a line
-for each change of its velocity: MOVE time speed rate.
+change it: silent TOPIC, speak TOPIC, dock succeed|abort|hang, encoding NAME, jump METRES, side PIXELS.
+It prints READY, then a line for each change of its velocity: MOVE time speed rate.
 """
 
 from __future__ import annotations
