@@ -90,7 +90,9 @@ def until_closed(env: LiveRobot, steps: int = 6) -> str:
 
 
 def test_actions_succeed_are_aborted_and_are_cancelled(peer: Peer) -> None:
-    link = Rosbridge("127.0.0.1", peer.port, 2, 20.0)
+    link, heard = Rosbridge("127.0.0.1", peer.port, 2, 20.0), list[dict]()
+    link.subscribe("/odom", "nav_msgs/msg/Odometry", heard.append)
+    wait(lambda: bool(heard))  # a goal that is sent before robot and bridge have found each other is lost
     try:
         assert ended(link.action("/dock", ACTION, {})) is GoalState.succeeded
         peer.tell("dock abort")

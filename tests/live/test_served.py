@@ -105,6 +105,17 @@ def test_a_new_goal_ends_the_one_before_and_a_cancel_stops() -> None:
     assert still == world.pose and math.hypot(still.x - at.x, still.y - at.y) < 0.17
 
 
+def test_a_cancel_during_a_motion_ends_the_goal_after_it() -> None:
+    """A cancel comes from another thread, at any moment of the robot's."""
+    world = World("robot.profile=turtlebot4", exact=True)
+    goal = world.memory.action("/undock", "", {})
+    world.robot.body.after = goal.cancel
+    world.robot.step()
+    assert goal.state is GoalState.preempting and world.robot.goal is goal
+    world.robot.step()
+    assert goal.state is GoalState.preempted and world.robot.goal is None
+
+
 def test_docking_by_light_succeeds_is_aborted_and_is_cancelled() -> None:
     world = World("robot.profile=turtlebot4", "env=small_room", exact=True)
     client = Client(world, "/dock_status")

@@ -45,17 +45,18 @@ class Client(Node):
 
     def act(self, name: str, cancel_after: float = math.inf) -> None:
         """Send a goal, wait for its end and print how it ended."""
-        client, began = self.actions[name], time.monotonic()
+        client, cancelled = self.actions[name], None
         assert client.wait_for_server(20.0), name
         sent = client.send_goal_async(Fibonacci.Goal())
         rclpy.spin_until_future_complete(self, sent, timeout_sec=20.0)
-        result = sent.result().get_result_async()
-        while not result.done() and time.monotonic() < began + 120.0:
+        result, began = sent.result().get_result_async(), time.monotonic()
+        while not result.done() and time.monotonic() < began + 60.0:
             if time.monotonic() > began + cancel_after:
                 cancel_after = math.inf
-                sent.result().cancel_goal_async()
+                cancelled = sent.result().cancel_goal_async()
             rclpy.spin_once(self, timeout_sec=0.05)
-        print(json.dumps({"action": name, "state": STATES.get(result.result().status, "?")}))
+        state = STATES.get(result.result().status, "?") if result.done() else "no result"
+        print(json.dumps({"action": name, "state": state, "cancelled": bool(cancelled and cancelled.done())}))
 
     def move(self, speed: float, rate: float, seconds: float) -> None:
         message = TwistStamped()

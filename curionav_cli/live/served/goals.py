@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import replace
 
 from curionav_cli.live.served.body import TICK, ServedBody
-from curionav_cli.live.transport import Message
+from curionav_cli.live.transport import ENDED, Message
 from curionav_cli.robot.docking.action import Code, GoalState
 from curionav_cli.robot.docking.action import Goal as DockGoal
 from curionav_cli.robot.docking.server import DockingServer
@@ -45,7 +45,7 @@ class ServedGoal:
             self._motion.close()  # type: ignore[attr-defined]
         else:
             self._continue()
-        return self.state is GoalState.active
+        return self.state not in ENDED  # a cancel may have come during the motion
 
     def _continue(self) -> None:
         try:

@@ -51,6 +51,7 @@ class ServedRobot:
         self.body, self.renderer, self.link, self.serving = body, renderer, link, serving
         self.transport, self.epoch, self.say = transport, epoch, say
         self.goal: ServedGoal | None = None
+        self._waiting: list[ServedGoal] = []
         self._command, self._commanded = (0.0, 0.0), -DEAF_AFTER
         self._touching, self._complained, self._carried = False, "", False
         self._lock = threading.Lock()
@@ -100,10 +101,7 @@ class ServedRobot:
     def _take_goal(self, key: str, kind: str, message: Message) -> ServedGoal:
         goal = ServedGoal(MOTIONS[key](self.body, message), partial(self._result, kind))
         with self._lock:
-            if self.goal:
-                self.goal.cancel()
-                self.goal.advance()
-            self.goal = goal
+            self._waiting.append(goal)
         return goal
 
     def _result(self, kind: str) -> Message:
@@ -122,14 +120,24 @@ class ServedRobot:
         if self._carried:
             self._carried = False
             self.body.put_back()
+        self._next_goal()
         with self._lock:
-            goal, (speed, rate) = self.goal, self._command
+            speed, rate = self._command
             deaf = self.body.time >= self._commanded + DEAF_AFTER
-        if goal is None:
+        if self.goal is None:
             self.body.tick(*(0.0, 0.0) if deaf else (speed * TICK, rate * TICK))
-        elif not goal.advance():
-            with self._lock:
-                self.goal = None if self.goal is goal else self.goal
+        elif not self.goal.advance():
+            self.goal = None
+
+    def _next_goal(self) -> None:
+        """Begin the newest goal; the one before is given up."""
+        with self._lock:
+            waiting, self._waiting = self._waiting, []
+        for goal in waiting:
+            if self.goal is not None:
+                self.goal.cancel()
+                self.goal.advance()
+            self.goal = goal
 
     def run(self, seconds: float) -> None:
         """Let time pass."""
