@@ -36,7 +36,9 @@ class Rosbridge:
         self.ros.factory.maxDelay = RETRY
         self._complaints: dict[str, tuple[str, str]] = {}  # name: operation, and what the server says
         self.ros.on("status", self._take_status)
-        self.ros.on("ready", lambda protocol: self._complaints.clear())
+        self._open = False
+        self.ros.on("ready", self._begin)
+        self.ros.on("close", self._end)
         self._published: dict[str, Any] = {}
         self._clients: dict[str, Any] = {}
         try:
@@ -44,6 +46,15 @@ class Rosbridge:
         except RosTimeoutError as error:
             self.ros.factory.stopTrying()
             raise TimeoutError(str(error)) from error
+        self._open = bool(self.ros.is_connected)
+
+    def _begin(self, protocol: object) -> None:
+        """Note a new connection."""
+        self._complaints.clear()
+        self._open = True
+
+    def _end(self, protocol: object) -> None:
+        self._open = False
 
     def advertise(self, topic: str, kind: str) -> None:
         self._published[topic] = roslibpy.Topic(self.ros, topic, kind, queue_size=1)
@@ -66,6 +77,8 @@ class Rosbridge:
 
     def action(self, name: str, kind: str, goal: Message) -> Goal:
         self._complaints.pop(name, None)  # of the goal before
+        if not self.is_alive():
+            return Unsent()  # as in publish: a move of now must not begin later
         if self.version == 1:
             return Goal1(self._client(name, kind, actionlib.ActionClient), goal)
         return Goal2(self._client(name, kind, roslibpy.ActionClient), goal)
@@ -95,7 +108,8 @@ class Rosbridge:
         return self._complaints.get(name, ("", ""))[1]
 
     def is_alive(self) -> bool:
-        return bool(self.ros.is_connected)
+        """Return whether messages go out now: with a server that accepts and does not answer, roslibpy keeps them."""
+        return self._open and bool(self.ros.is_connected)
 
     def close(self) -> None:
         """Close the connection. The loop of roslibpy, which cannot be started twice, goes on until the process ends."""
@@ -115,6 +129,15 @@ class Rosbridge:
         if name not in self._clients:
             self._clients[name] = make(self.ros, name, kind)
         return self._clients[name]
+
+
+class Unsent:
+    """A goal for which there was no connection."""
+
+    state, text = GoalState.lost, "the connection to the robot is lost"
+
+    def cancel(self) -> None:
+        """Do nothing."""
 
 
 class Goal2:
