@@ -111,6 +111,15 @@ def test_commands_of_a_lost_connection_never_arrive(server: Server, link: Rosbri
     assert server.speeds == [0.1, 0.4] and not server.of("send_action_goal")
 
 
+def test_the_last_command_has_arrived_when_the_connection_is_closed(server: Server) -> None:
+    link = Rosbridge("127.0.0.1", server.port, 2, 20.0)
+    link.advertise("/cmd_vel", KIND)
+    link.publish("/cmd_vel", {**twist(0.2, 0.0, False, 0.0, 2), "ballast": "x" * 1_000_000})
+    link.publish("/cmd_vel", twist(0.0, 0.0, False, 0.0, 2))
+    link.close()
+    assert server.speeds == [0.2, 0.0] and not link.is_alive()
+
+
 def test_what_the_server_refuses_is_kept_and_nothing_is_published_there(server: Server, link: Rosbridge) -> None:
     link.advertise("/cmd_vel", KIND)
     until(lambda: server.of("advertise"))
