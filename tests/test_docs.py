@@ -15,7 +15,7 @@ import pytest
 from entry import Cli
 from office import write_two_rooms
 
-from curionav_cli.commands import compare, coverage, doctor, init, listing, paper, resume, robot, runs
+from curionav_cli.commands import compare, coverage, doctor, init, listing, paper, resume, robot, runs, serve
 from curionav_cli.commands import map as map_command
 from curionav_cli.commands.arguments import one_of, sorted_out
 from curionav_cli.config import compose
@@ -97,6 +97,7 @@ def typed(cli: Cli, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, an_episode,
         monkeypatch.setattr(module, "run", lambda words, name=name, module=module: accepted(name, module, words))
     monkeypatch.setattr(resume, "run", resumable)
     monkeypatch.setattr(robot, "check", lambda profile, words, move: robot.settings_of(profile, words) and 0)
+    monkeypatch.setattr(serve, "run", lambda words, serving, names: serve.settings_of(words) and 0)
     monkeypatch.setattr(listing, "run", lambda group, config_dir: one_of("list", group, launch_groups()) and 0)
     monkeypatch.setattr(doctor, "run", lambda: 0)
     monkeypatch.setattr(init, "run", lambda folder: 0)

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import math
+from pathlib import Path
 
 import numpy as np
 import pytest
+from office import write_two_rooms
 from worlds import Client, World, apart, placed
 
 from curionav_cli.constants import FORWARD, STEP_LENGTH, Stream
@@ -167,6 +169,15 @@ def test_the_battery_empties_off_the_dock_and_fills_on_it() -> None:
     world.memory.publish("/put_back", {})
     world.sleep(5.0)
     assert charge(client.heard["/battery_state"][-1], "BatteryState") == pytest.approx(1.0, abs=0.01)
+
+
+def test_a_ros_map_is_served_as_a_scene_is(tmp_path: Path) -> None:
+    world = World("robot.profile=turtlebot3", "env=map", f"env.map={write_two_rooms(tmp_path)}", exact=True)
+    client, start = Client(world, "/scan", "/odom"), world.pose
+    client.command(0.0, 0.8, 0.4)
+    assert apart(placed(client.pose("/odom"), start), world.pose) < 0.02
+    ranges = np.array(client.heard["/scan"][-1]["ranges"])
+    assert 0.2 < ranges.min() < 3.0 and ranges.max() <= client.heard["/scan"][-1]["range_max"] + 1.0
 
 
 def test_frames_lead_from_odometry_to_scanner_and_camera() -> None:
