@@ -16,6 +16,7 @@ from curionav_cli.robot.docking.action import GoalState
 
 ASKING = 3.0  # seconds to wait for the server's own services
 CLOSING = 2.0  # seconds
+LASTING = ("advertise", "subscribe", "advertise_action", "send_action_goal")  # refused once, refused until the end
 RETRY = 2.0  # seconds between two attempts to connect again, at most
 STATES_2 = {
     GoalStatus.ACCEPTED: GoalState.active, GoalStatus.EXECUTING: GoalState.active,
@@ -32,6 +33,8 @@ class Rosbridge:
 
     def __init__(self, host: str, port: int, ros: int, seconds: float):
         self.version = ros
+        self._published: dict[str, Any] = {}
+        self._clients: dict[str, Any] = {}
         self.ros = roslibpy.Ros(host, port)
         self.ros.factory.maxDelay = RETRY
         self._complaints: dict[str, tuple[str, str]] = {}  # name: operation, and what the server says
@@ -39,8 +42,6 @@ class Rosbridge:
         self._open = False
         self.ros.on("ready", self._begin)
         self.ros.on("close", self._end)
-        self._published: dict[str, Any] = {}
-        self._clients: dict[str, Any] = {}
         try:
             self.ros.run(seconds)
         except RosTimeoutError as error:
@@ -49,8 +50,12 @@ class Rosbridge:
         self._open = bool(self.ros.is_connected)
 
     def _begin(self, protocol: object) -> None:
-        """Note a new connection."""
+        """Announce at a new connection what is published; roslibpy does so a second later, and the server refuses what
+        comes before."""
         self._complaints.clear()
+        for topic, published in list(self._published.items()):
+            announced = {"op": "advertise", "topic": topic, "type": published.message_type}
+            self.ros.send_on_ready(roslibpy.Message(announced))
         self._open = True
 
     def _end(self, protocol: object) -> None:
@@ -122,7 +127,7 @@ class Rosbridge:
     def _take_status(self, message: Message) -> None:
         """Keep an error of the server; its id is that of our message, as in advertise:/tf:12."""
         operation, _, rest = str(message.get("id", "")).partition(":")
-        if rest and message.get("level") == "error":
+        if operation in LASTING and message.get("level") == "error":
             self._complaints.setdefault(rest.rpartition(":")[0], (operation, str(message.get("msg", ""))))
 
     def _client(self, name: str, kind: str, make: Any) -> Any:

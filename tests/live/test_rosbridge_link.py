@@ -104,10 +104,12 @@ def test_commands_of_a_lost_connection_never_arrive(server: Server, link: Rosbri
             link.publish("/cmd_vel", twist(0.3, 0.0, False, 0.0, 2))
             goal = link.action("/drive_distance", "irobot_create_msgs/action/DriveDistance", {"distance": 0.25})
             assert goal.state is GoalState.lost
+    server.heard = [message for message in server.heard if message["op"] == "publish"]
     server.start()
     until(link.is_alive)
     link.publish("/cmd_vel", twist(0.4, 0.0, False, 0.0, 2))
     until(lambda: 0.4 in server.speeds)
+    assert [message["op"] for message in server.heard[:2]] == ["publish", "advertise"]  # before it is published to
     assert server.speeds == [0.1, 0.4] and not server.of("send_action_goal")
 
 
