@@ -95,7 +95,7 @@ help:
 	@echo "make test      set up, then run the tests, two files at a time (WORKERS=4: four)"
 	@echo "make docs      write the reference pages, and these docs as a site: site/index.html"
 	@echo "make clients   install Stable-Baselines3, torchrl, tianshou and Minari too, and train with them in every world"
-	@echo "make ros-peer  install a simulated ROS 2 robot and rosbridge server, and test robot=rosbridge on them"
+	@echo "make ros-peer  install a simulated ROS 2 robot and rosbridge server; test robot=rosbridge and serve on them"
 	@echo "make setup     virtual environment in .venv, versions pinned by constraints.txt"
 	@echo "make lint      ruff and mypy"
 	@echo "make clean     remove .venv and caches; outputs/ stays"
@@ -231,7 +231,7 @@ PEERS = .peers/venv
 	@touch $@
 
 ros-peer: $(READY) .peers/.ready
-	.venv/bin/python -m pytest -q -n 0 -m 'ros2 and not slow' tests/live/test_ros2.py
+	.venv/bin/python -m pytest -q -n 0 -m 'ros2 and not slow' tests/live
 
 lint: $(READY)
 	.venv/bin/ruff check .

@@ -177,6 +177,16 @@ def robot_check(profile: opt.Profile, words: opt.RobotWords = None, move: opt.Mo
     raise typer.Exit(command.check(profile, words or [], move))
 
 
+@app.command()
+def serve(words: opt.ServedWords = None, speed: opt.Speed = 1.0, images: opt.Images = 10.0, robots: opt.Robots = None,
+          exact: opt.Exact = False) -> None:
+    """A simulated world as a robot for others, over rosbridge: curionav serve env=small_room robot=turtlebot2i."""
+    from curionav_cli.commands import serve as command
+    from curionav_cli.live.served.settings import Serving
+
+    raise typer.Exit(command.run(words or [], Serving(speed, images, exact=exact), robots or []))
+
+
 def unwritable(error: OSError) -> str:
     """Return one line for a disk that is full or locked; raise any other error again."""
     from curionav_cli.execution.interrupts import FULL, LOCKED

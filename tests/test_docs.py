@@ -31,6 +31,7 @@ from curionav_cli.commands import (
     resume,
     robot,
     runs,
+    serve,
     watch,
 )
 from curionav_cli.commands import map as map_command
@@ -126,6 +127,7 @@ def typed(cli: Cli, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, an_episode,
         monkeypatch.setattr(module, "run", lambda words, name=name, module=module: accepted(name, module, words))
     monkeypatch.setattr(resume, "run", resumable)
     monkeypatch.setattr(robot, "check", lambda profile, words, move: robot.settings_of(profile, words) and 0)
+    monkeypatch.setattr(serve, "run", lambda words, serving, names: serve.settings_of(words) and 0)
     monkeypatch.setattr(listing, "run", lambda group, config_dir: one_of("list", group, launch_groups()) and 0)
     monkeypatch.setattr(watch, "run", lambda folder, port: int(not folder.is_dir()))
     monkeypatch.setattr(loggers, "find_spec", lambda name: name)  # trackio needs an environment of its own

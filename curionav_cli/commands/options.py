@@ -122,3 +122,12 @@ Changes = Annotated[list[str] | None, typer.Argument(
     help="To make it longer: loop.episodes, loop.iterations or dock.requests; of a search hydra.sweeper.n_trials. "
          "Also where files and storage are, logger, compile, loop.replay_memory.")]
 Failed = Annotated[bool, typer.Option("--failed", help="Of a sweep: also run again what failed.")]
+ServedWords = Annotated[list[str] | None, typer.Argument(
+    metavar="SETTING=VALUE", show_default=False,
+    help="Of the world, as in env=large_lab robot=turtlebot2i, and of topics and server: robot.profile=turtlebot4 "
+         "robot.host=... robot.port=... robot.namespace=...")]
+Speed = Annotated[float, typer.Option("--speed", min=0.01, max=100, help="Simulated seconds a second.")]
+Images = Annotated[float, typer.Option("--images", min=0.1, max=50, help="Images a simulated second.")]
+Robots = Annotated[list[str] | None, typer.Option(
+    "--robot", metavar="NAME", show_default=False, help="A robot in a namespace; may be given several times.")]
+Exact = Annotated[bool, typer.Option("--exact", help="Motion and sensors without errors.")]

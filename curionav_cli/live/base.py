@@ -46,6 +46,7 @@ class LiveBase:
         self.follow()
         if not self.transport.is_alive():
             raise Fault("the connection to the robot is lost")
+        self.wheels.check()
         self.sensors.check(self.without)
 
     def follow(self, bump: str | None = None) -> None:

@@ -69,6 +69,8 @@ def topic(base: LiveBase, key: str, offered: dict[str, str]) -> Finding:
         return Finding(key, name, OK if key.startswith("contact") else UNKNOWN, heard + " (it may send changes only)")
     if key in SILENT_ON_DOCK and sensors.docked():
         return Finding(key, name, UNKNOWN, f"{heard}: the robot is docked, where some cameras are off")
+    if sensors.complaint(key):
+        return Finding(key, name, WRONG, heard + sensors.complaint(key), f"robot.profile.{setting(key)}.type=...")
     return Finding(key, name, SILENT, heard, f"{name} is announced and sends nothing: start what publishes it, and "
                                              "look whether its type is right")
 

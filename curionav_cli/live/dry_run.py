@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from curionav_cli.live.base import LiveBase
-from curionav_cli.live.transport import Callback, Goal, Message, Transport
+from curionav_cli.live.transport import Callback, Goal, Message, Server, Transport
 from curionav_cli.records import DockReport, Pose
 from curionav_cli.robot.docking.action import GoalState
 from curionav_cli.robot.occupancy import Occupancy
@@ -39,11 +39,17 @@ class DryRun:
         self.say(f"dry run: would have {name} done {goal}")
         return Done()
 
+    def offer(self, name: str, kind: str, server: Server) -> None:
+        self.say(f"dry run: would offer {name} as {kind}")
+
     def topics(self) -> dict[str, str]:
         return self.inner.topics()
 
     def actions(self) -> list[str] | None:
         return self.inner.actions()
+
+    def complaint(self, name: str) -> str:
+        return self.inner.complaint(name)
 
     def is_alive(self) -> bool:
         return self.inner.is_alive()

@@ -120,7 +120,7 @@ class Home:
         if state is GoalState.succeeded and self._comes_to_be(docked=True):
             return None
         base.allow_darkness(False)
-        return f"action_{state.value}", f"the docking action was {state.value}" if \
+        return f"action_{state.value}", f"the docking action was {state.value}{base.wheels.answer}" if \
             state is not GoalState.succeeded else "the docking action succeeded, and the robot is not docked"
 
     def _undock(self) -> None:
@@ -131,7 +131,7 @@ class Home:
             return
         state = base.wheels.act(action, {}, base.settings.homing, base.pause)
         if state is not GoalState.succeeded or not self._comes_to_be(docked=False):
-            raise Fault(f"the robot did not leave its dock: {action.name} was {state.value}")
+            raise Fault(f"the robot did not leave its dock: {action.name} was {state.value}{base.wheels.answer}")
 
     def _comes_to_be(self, docked: bool) -> bool:
         """Whether the robot says within TOLD seconds that it is docked, or is not; True where nothing tells."""

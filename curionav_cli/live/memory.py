@@ -2,11 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-
-from curionav_cli.live.transport import Callback, Goal, Message
-
-Server = Callable[[Message], Goal]
+from curionav_cli.live.transport import Callback, Goal, Message, Server
 
 
 class Memory:
@@ -49,14 +45,62 @@ class Memory:
     def action(self, name: str, kind: str, goal: Message) -> Goal:
         return self.servers[name](goal)
 
+    def offer(self, name: str, kind: str, server: Server) -> None:
+        raise NotImplementedError(f"{name}: actions are offered by OtherSide")
+
     def topics(self) -> dict[str, str]:
         return dict(self.offered) if self.told else {}
 
     def actions(self) -> list[str] | None:
         return list(self.servers) if self.told else None
 
+    def complaint(self, name: str) -> str:
+        return ""
+
     def is_alive(self) -> bool:
         return self.alive
 
     def close(self) -> None:
         self.closed, self.alive = True, False
+
+
+class OtherSide:
+    """transport.Transport of the robot behind a Memory: what it publishes is delivered to the subscribers there."""
+
+    def __init__(self, link: Memory):
+        self.link = link
+
+    def advertise(self, topic: str, kind: str) -> None:
+        self.link.offered[topic] = kind
+
+    def publish(self, topic: str, message: Message) -> None:
+        assert topic in self.link.offered, topic
+        self.link.send(topic, message)
+
+    def subscribe(self, topic: str, kind: str, callback: Callback, newest: bool = False) -> None:
+        self.link.offered[topic] = kind
+        self.link.listeners[topic] = callback
+
+    def call(self, service: str, kind: str, request: Message, timeout: float) -> Message:
+        return self.link.call(service, kind, request, timeout)
+
+    def action(self, name: str, kind: str, goal: Message) -> Goal:
+        return self.link.action(name, kind, goal)
+
+    def offer(self, name: str, kind: str, server: Server) -> None:
+        self.link.servers[name] = server
+
+    def topics(self) -> dict[str, str]:
+        return {}
+
+    def actions(self) -> list[str] | None:
+        return self.link.actions()
+
+    def complaint(self, name: str) -> str:
+        return self.link.complaint(name)
+
+    def is_alive(self) -> bool:
+        return self.link.is_alive()
+
+    def close(self) -> None:
+        self.link.close()

@@ -104,3 +104,13 @@ def twist(speed: float, rate: float, stamped: bool, seconds: float, ros: int) ->
     """A velocity command, with a header or without. speed: m/s; rate: rad/s to the left."""
     plain = {"linear": {"x": speed, "y": 0.0, "z": 0.0}, "angular": {"x": 0.0, "y": 0.0, "z": rate}}
     return {"header": stamp(seconds, ros), "twist": plain} if stamped else plain
+
+
+def command(message: Message) -> tuple[float, float]:
+    """The speed (m/s) and rate (rad/s to the left) of a velocity command, with a header or without."""
+    with expected("geometry_msgs/Twist or TwistStamped"):
+        plain = message.get("twist", message)
+        found = float(plain["linear"]["x"]), float(plain["angular"]["z"])
+    if not all(map(math.isfinite, found)):
+        raise MessageFault("a velocity that is not finite")
+    return found

@@ -10,11 +10,13 @@ import roslibpy
 from roslibpy.core import GoalStatus, RosTimeoutError, ServiceException
 from roslibpy.ros1 import actionlib
 
-from curionav_cli.live.transport import Callback, Goal, Message
+from curionav_cli.live.action_server import ActionServer
+from curionav_cli.live.transport import Callback, Goal, Message, Server
 from curionav_cli.robot.docking.action import GoalState
 
 ASKING = 3.0  # seconds to wait for the server's own services
 CLOSING = 2.0  # seconds
+LASTING = ("advertise", "subscribe", "advertise_action", "send_action_goal")  # refused once, refused until the end
 RETRY = 2.0  # seconds between two attempts to connect again, at most
 STATES_2 = {
     GoalStatus.ACCEPTED: GoalState.active, GoalStatus.EXECUTING: GoalState.active,
@@ -31,22 +33,41 @@ class Rosbridge:
 
     def __init__(self, host: str, port: int, ros: int, seconds: float):
         self.version = ros
-        self.ros = roslibpy.Ros(host, port)
-        self.ros.factory.maxDelay = RETRY
         self._published: dict[str, Any] = {}
         self._clients: dict[str, Any] = {}
+        self.ros = roslibpy.Ros(host, port)
+        self.ros.factory.maxDelay = RETRY
+        self._complaints: dict[str, tuple[str, str]] = {}  # name: operation, and what the server says
+        self.ros.on("status", self._take_status)
+        self._open = False
+        self.ros.on("ready", self._begin)
+        self.ros.on("close", self._end)
         try:
             self.ros.run(seconds)
         except RosTimeoutError as error:
             self.ros.factory.stopTrying()
             raise TimeoutError(str(error)) from error
+        self._open = bool(self.ros.is_connected)
+
+    def _begin(self, protocol: object) -> None:
+        """Announce at a new connection what is published; roslibpy does so a second later, and the server refuses what
+        comes before."""
+        self._complaints.clear()
+        for topic, published in list(self._published.items()):
+            announced = {"op": "advertise", "topic": topic, "type": published.message_type}
+            self.ros.send_on_ready(roslibpy.Message(announced))
+        self._open = True
+
+    def _end(self, protocol: object) -> None:
+        self._open = False
 
     def advertise(self, topic: str, kind: str) -> None:
         self._published[topic] = roslibpy.Topic(self.ros, topic, kind, queue_size=1)
         self._published[topic].advertise()
 
     def publish(self, topic: str, message: Message) -> None:
-        if self.is_alive():  # else roslibpy keeps it, and an old command would arrive after a new connection
+        refused = self._complaints.get(topic, ("", ""))[0] == "advertise"
+        if self.is_alive() and not refused:  # else roslibpy keeps it, and an old command would arrive later
             self._published[topic].publish(roslibpy.Message(message))
 
     def subscribe(self, topic: str, kind: str, callback: Callback, newest: bool = False) -> None:
@@ -60,9 +81,17 @@ class Rosbridge:
             raise TimeoutError(f"{service}: {error}") from error
 
     def action(self, name: str, kind: str, goal: Message) -> Goal:
+        self._complaints.pop(name, None)  # of the goal before
+        if not self.is_alive():
+            return Unsent()  # as in publish: a move of now must not begin later
         if self.version == 1:
             return Goal1(self._client(name, kind, actionlib.ActionClient), goal)
         return Goal2(self._client(name, kind, roslibpy.ActionClient), goal)
+
+    def offer(self, name: str, kind: str, server: Server) -> None:
+        if self.version == 1:
+            raise NotImplementedError(f"{name}: actions of ROS 1 are not offered")
+        ActionServer(self.ros, name, kind, server)
 
     def topics(self) -> dict[str, str]:
         try:
@@ -80,8 +109,12 @@ class Rosbridge:
         except (TimeoutError, KeyError):
             return None
 
+    def complaint(self, name: str) -> str:
+        return self._complaints.get(name, ("", ""))[1]
+
     def is_alive(self) -> bool:
-        return bool(self.ros.is_connected)
+        """Return whether messages go out now: with a server that accepts and does not answer, roslibpy keeps them."""
+        return self._open and bool(self.ros.is_connected)
 
     def close(self) -> None:
         """Close the connection. The loop of roslibpy, which cannot be started twice, goes on until the process ends."""
@@ -91,10 +124,25 @@ class Rosbridge:
         while self.is_alive() and time.monotonic() < until:
             time.sleep(0.01)
 
+    def _take_status(self, message: Message) -> None:
+        """Keep an error of the server; its id is that of our message, as in advertise:/tf:12."""
+        operation, _, rest = str(message.get("id", "")).partition(":")
+        if operation in LASTING and message.get("level") == "error":
+            self._complaints.setdefault(rest.rpartition(":")[0], (operation, str(message.get("msg", ""))))
+
     def _client(self, name: str, kind: str, make: Any) -> Any:
         if name not in self._clients:
             self._clients[name] = make(self.ros, name, kind)
         return self._clients[name]
+
+
+class Unsent:
+    """A goal for which there was no connection."""
+
+    state, text = GoalState.lost, "the connection to the robot is lost"
+
+    def cancel(self) -> None:
+        """Do nothing."""
 
 
 class Goal2:

@@ -40,6 +40,7 @@ class Sensors:
     def __init__(self, transport: Transport, profile: Profile, namespace: str, stale: float, clock: Clock,
                  camera: DepthCamera):
         self.profile, self.clock, self.stale, self.camera = profile, clock, stale, camera
+        self.transport, self.namespace = transport, namespace
         self.topics = profile.topics()
         self.travel = Travel("imu" in self.topics)
         self.needed = tuple(key for key in ("odom", "imu", *SEEING) if key in self.topics)
@@ -94,14 +95,23 @@ class Sensors:
         if broken:
             raise broken
         self.travel.check()
-        silent = [key for key in self.needed if key not in without and self.age(key) > self.stale]
+        refused = next(filter(self.complaint, self.needed), "")
+        if refused:
+            topic = self.topics[refused]
+            raise MessageFault(f"{topic.name} ({topic.type}) does not reach us{self.complaint(refused)}")
+        silent = next((key for key in self.needed if key not in without and self.age(key) > self.stale), "")
         if silent:
-            raise Fault(f"{self.topics[silent[0]].name} has been silent for {self._words(silent[0])} ({silent[0]})")
+            raise Fault(f"{self.topics[silent].name} has been silent for {self._words(silent)} ({silent})")
 
     def age(self, key: str) -> float:
         """Seconds since the last message arrived; inf before the first."""
         heard = self._heard.get(key)
         return self.clock.now() - heard.at if heard else math.inf
+
+    def complaint(self, key: str) -> str:
+        """What the other side says to our subscription, to be added to a line."""
+        said = self.transport.complaint(full(self.namespace, self.topics[key].name))
+        return f"; the server says: {said}" if said else ""
 
     def _words(self, key: str) -> str:
         age = self.age(key)

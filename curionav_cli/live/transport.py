@@ -27,6 +27,17 @@ class Goal(Protocol):
         """Ask the server to stop."""
 
 
+class Work(Goal, Protocol):
+    """A goal that is carried out on this side. It goes on by itself, and ends in one of ENDED."""
+
+    @property
+    def result(self) -> Message:
+        """What is answered at its end."""
+
+
+Server = Callable[[Message], Work]
+
+
 class Transport(Protocol):
     """A connection to a robot. Callbacks may come from another thread."""
 
@@ -45,11 +56,17 @@ class Transport(Protocol):
     def action(self, name: str, kind: str, goal: Message) -> Goal:
         """Send a goal."""
 
+    def offer(self, name: str, kind: str, server: Server) -> None:
+        """Offer an action: `server` is called with each goal and returns it as it is carried out."""
+
     def topics(self) -> dict[str, str]:
         """Return the topics that are there, name to type; {} where the other side cannot tell."""
 
     def actions(self) -> list[str] | None:
         """Return the names of the actions that are there; None where the other side cannot tell."""
+
+    def complaint(self, name: str) -> str:
+        """Return what the other side says is wrong with a topic or an action of ours; "" where nothing."""
 
     def is_alive(self) -> bool:
         """Return whether the connection stands."""

@@ -34,6 +34,7 @@ class Wheels:
         self.transport, self.sensors, self.settings, self.clock = transport, sensors, settings, clock
         self.velocity = (0.0, 0.0)
         self.goal: Goal | None = None
+        self._acting, self.answer = "", ""  # the action of the goal; what the base said at the last one's end
         topic = settings.profile.velocity
         self.topic = full(settings.namespace, topic.name)
         self.stamped = stamped(settings, transport, self.topic)
@@ -47,6 +48,13 @@ class Wheels:
         message = twist(*self.velocity, self.stamped, now.stamp if now else 0.0, self.settings.profile.ros)
         self.transport.publish(self.topic, message)
 
+    def check(self) -> None:
+        """Raise Fault where commands or the goal do not arrive, as with a type that the robot does not listen to."""
+        names = [self.topic, self._acting] if self.goal is not None else [self.topic]
+        for name, said in zip(names, map(self.transport.complaint, names)):
+            if said:
+                raise Fault(f"{name} does not reach the robot; the server says: {said}")
+
     def halt(self) -> None:
         """Stop the wheels and cancel what the base is doing."""
         if self.goal is not None and self.goal.state not in ENDED:
@@ -57,8 +65,8 @@ class Wheels:
     def act(self, action: Topic, goal: dict[str, object], seconds: float, pause: Pause,
             stopped: Callable[[], bool] = lambda: False) -> GoalState:
         """Have the base carry out an action; it is cancelled after `seconds`, where `stopped()`, and by a Fault."""
-        until = self.clock.now() + seconds
-        sent = self.goal = self.transport.action(full(self.settings.namespace, action.name), action.type, goal)
+        until, self._acting = self.clock.now() + seconds, full(self.settings.namespace, action.name)
+        sent = self.goal = self.transport.action(self._acting, action.type, goal)
         try:
             while sent.state not in ENDED:
                 if self.clock.now() > until or stopped():
@@ -67,7 +75,7 @@ class Wheels:
         except BaseException:
             self.halt()
             raise
-        self.goal = None
+        self.goal, self.answer = None, f" ({sent.text})" if sent.text.strip("{}") else ""
         return sent.state
 
     def _cancelled(self, sent: Goal, pause: Pause) -> GoalState:

@@ -2,8 +2,8 @@
 
 Sends /image (Image rgb8), /depth (Image 32FC1), /odom, /imu, /battery_state and listens to /cmd_vel (TwistStamped).
 /dock and /undock are actions of type test_msgs/action/Fibonacci, an action type that PyPI has. Lines on standard input
-change it: silent TOPIC, speak TOPIC, dock succeed|abort|hang, encoding NAME, jump METRES. It prints READY, then a line
-for each change of its velocity: MOVE time speed rate.
+change it: silent TOPIC, speak TOPIC, dock succeed|abort|hang, encoding NAME, jump METRES, side PIXELS.
+It prints READY, then a line for each change of its velocity: MOVE time speed rate.
 """
 
 from __future__ import annotations
@@ -45,7 +45,7 @@ class Robot(Node):
         for at, half in BOXES:
             self.box(at, half)
         self.command, self.commanded, self.silent, self.docking = (0.0, 0.0), 0.0, set(), "succeed"
-        self.encoding, self.offset, self.ticks, self.last = "rgb8", 0.0, 0, (0.0, 0.0)
+        self.encoding, self.offset, self.ticks, self.last, self.side = "rgb8", 0.0, 0, (0.0, 0.0), SIDE
         group = ReentrantCallbackGroup()
         self.out = {"image": self.create_publisher(Image, "/image", 5),
                     "depth": self.create_publisher(Image, "/depth", 5),
@@ -133,20 +133,21 @@ class Robot(Node):
             self.publish("battery", BatteryState(percentage=0.8))
 
     def look(self, x: float, y: float, yaw: float, stamp) -> None:
+        side = self.side
         eye = [x + 0.5 * math.cos(yaw), y + 0.5 * math.sin(yaw), 0.45]
         ahead = [eye[0] + math.cos(yaw), eye[1] + math.sin(yaw), 0.45]
         _, _, colour, depth, _ = pybullet.getCameraImage(
-            SIDE, SIDE, pybullet.computeViewMatrix(eye, ahead, [0, 0, 1]),
+            side, side, pybullet.computeViewMatrix(eye, ahead, [0, 0, 1]),
             pybullet.computeProjectionMatrixFOV(FOV, 1.0, NEAR, FAR), renderer=pybullet.ER_TINY_RENDERER)
-        rgb = np.reshape(colour, (SIDE, SIDE, 4))[:, :, :3].astype(np.uint8)
-        metres = FAR * NEAR / (FAR - (FAR - NEAR) * np.reshape(depth, (SIDE, SIDE)))
+        rgb = np.reshape(colour, (side, side, 4))[:, :, :3].astype(np.uint8)
+        metres = FAR * NEAR / (FAR - (FAR - NEAR) * np.reshape(depth, (side, side)))
         rgb = rgb[:, :, ::-1] if self.encoding == "bgr8" else rgb
-        self.publish("image", self.picture(rgb, self.encoding, 3 * SIDE, stamp))
-        self.publish("depth", self.picture(metres.astype(np.float32), "32FC1", 4 * SIDE, stamp))
+        self.publish("image", self.picture(rgb, self.encoding, 3 * side, stamp))
+        self.publish("depth", self.picture(metres.astype(np.float32), "32FC1", 4 * side, stamp))
 
     @staticmethod
     def picture(pixels, encoding: str, step: int, stamp) -> Image:
-        message = Image(encoding=encoding, height=SIDE, width=SIDE, step=step)
+        message = Image(encoding=encoding, height=len(pixels), width=len(pixels), step=step)
         message.header.stamp = stamp
         message.data = np.ascontiguousarray(pixels).tobytes()
         return message
@@ -166,6 +167,8 @@ class Robot(Node):
             self.docking = value
         elif verb == "encoding":
             self.encoding = value
+        elif verb == "side":
+            self.side = int(value)
         elif verb == "jump":
             self.offset += float(value)
 

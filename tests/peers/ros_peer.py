@@ -31,17 +31,14 @@ def free_port() -> int:
         return int(listener.getsockname()[1])
 
 
-class Peer:
-    """A robot and its bridge. port: of the bridge on 127.0.0.1; moves: (time, speed, rate) of its wheels."""
+class Bridge:
+    """A rosbridge server alone. port: of the bridge on 127.0.0.1."""
+
+    options: tuple[str, ...] = ("--no-rosapi",)
 
     def __init__(self, folder: Path) -> None:
         self.folder, self.port, self.environment = folder, free_port(), ros_environment()
-        self.log = folder / "robot.log"
-        with open(self.log, "wb") as log:
-            self.robot = subprocess.Popen([str(VENV / "bin" / "python"), str(Path(__file__).parent / "robot_node.py")],
-                                          stdin=subprocess.PIPE, stdout=log, stderr=log, env=self.environment)
         self.bridge = self.start_bridge()
-        self.wait(lambda: b"READY" in self.log.read_bytes(), "the robot node")
 
     def start_bridge(self) -> subprocess.Popen:
         """Start the rosbridge server on the port."""
@@ -53,7 +50,11 @@ class Peer:
         self.wait(self.listening, "the bridge")
         return bridge
 
-    options: tuple[str, ...] = ("--no-rosapi",)
+    def start(self, script: str, log: Path) -> subprocess.Popen:
+        """Start a node of this folder in the peer's environment."""
+        with open(log, "wb") as out, open(log.with_suffix(".error"), "wb") as errors:
+            return subprocess.Popen([str(VENV / "bin" / "python"), str(Path(__file__).parent / script)],
+                                    stdin=subprocess.PIPE, stdout=out, stderr=errors, env=self.environment)
 
     def listening(self) -> bool:
         try:
@@ -68,6 +69,30 @@ class Peer:
             assert time.monotonic() < until, f"{what} did not start; see {self.folder}"
             time.sleep(0.1)
 
+    def stop(self) -> None:
+        end(self.bridge)
+
+
+def end(process: subprocess.Popen) -> None:
+    """Kill a process, also one that was stopped."""
+    if process.poll() is None:
+        process.send_signal(signal.SIGCONT)
+        process.kill()
+    process.wait()
+    if process.stdin:
+        with suppress(BrokenPipeError):
+            process.stdin.close()
+
+
+class Peer(Bridge):
+    """A robot and its bridge. moves: (time, speed, rate) of its wheels."""
+
+    def __init__(self, folder: Path) -> None:
+        super().__init__(folder)
+        self.log = folder / "robot.log"
+        self.robot = self.start("robot_node.py", self.log)
+        self.wait(lambda: b"READY" in self.log.read_bytes(), "the robot node")
+
     def tell(self, line: str) -> None:
         """Change the robot by a line (robot_node.py lists them)."""
         assert self.robot.stdin
@@ -80,11 +105,5 @@ class Peer:
         return [(float(at), float(speed), float(rate)) for _, at, speed, rate in lines]
 
     def stop(self) -> None:
-        for process in (self.bridge, self.robot):
-            if process.poll() is None:
-                process.send_signal(signal.SIGCONT)
-                process.kill()
-            process.wait()
-        if self.robot.stdin:
-            with suppress(BrokenPipeError):
-                self.robot.stdin.close()
+        end(self.bridge)
+        end(self.robot)
