@@ -10,7 +10,8 @@ python3 -m venv env
 env/bin/pip install --quiet --disable-pip-version-check trackio==0.43.0
 
 export TRACKIO_DIR=$work/kept TRACKIO_STORAGE_MODE=sqlite
-env/bin/python - <<'EOF' || true
+code=0
+env/bin/python - <<'EOF' || code=$?
 import os
 import signal
 
@@ -21,6 +22,7 @@ for n in range(10):
     trackio.log({"value": n})
 os.kill(os.getpid(), signal.SIGKILL)
 EOF
+test $code -eq 137
 env/bin/python - <<'EOF'
 import glob
 import sqlite3
