@@ -78,7 +78,8 @@ SCHEMA = ("bounds", "world/settings", "robot/settings", "robot/docking_settings"
 
 @pytest.mark.parametrize("module", SCHEMA)
 def test_schema_needs_the_standard_library_only(module: str) -> None:
-    allowed = {"__future__", "dataclasses", "enum", "typing", "math", "collections", "contextlib", "difflib", "curionav_cli"}
+    allowed = {"__future__", "dataclasses", "enum", "typing", "math", "collections", "contextlib", "difflib",
+               "curionav_cli"}
     used = {name.partition(".")[0] for name in imports(PACKAGE / f"{module}.py")}
     assert used <= allowed
 
