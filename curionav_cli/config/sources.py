@@ -109,6 +109,7 @@ def register(directories: list[Path]) -> None:
     register_schema("schema", MAIN, schema.Config, "_global_")
     register_schema("schema", "env", world_settings.Env, "env")
     register_schema("schema", "live", world_settings.Live, "env")
+    register_schema("schema", "scan", world_settings.Scan, "env")
     for name, agent in AGENTS.items():
         register_schema("schema/agent", name, agent.settings, "agent")
     for name, node in ROBOTS.items():
