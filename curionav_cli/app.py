@@ -136,6 +136,13 @@ def write_map(words: opt.MapFolder = None, out: opt.MapOut = None) -> None:
 
 
 @app.command()
+def export(words: opt.WorldWords = None, to: opt.To = None, episode: opt.EpisodeOf = None,
+           out: opt.ExportOut = None) -> None:
+    """Write a world as a mesh (GLB) that Blender opens, and env=scan: curionav export env=large_lab to=glb episode=3."""
+    command_with_words("export", words, to=to, episode=episode, out=out)
+
+
+@app.command()
 def paper(words: opt.PaperWords = None, out: opt.PaperOut = None) -> None:
     """Write the paper's tables, and each of its numbers beside ours."""
     command_with_words("paper", words, out=out)

@@ -86,6 +86,12 @@ PaperWords = Annotated[list[str] | None, folders(
     "server; numbers: every number of the paper beside ours, from these runs.")]
 PaperOut = Annotated[str | None, option("paper", "out", f"{OUT} Default: the current one.")]
 
+WorldWords = Annotated[list[str] | None, typer.Argument(
+    metavar="SETTING=VALUE", show_default=False, help="The world, as in env=apartment_0, and its settings.")]
+To = Annotated[str | None, option("export", "to", "The format: glb.")]
+EpisodeOf = Annotated[str | None, option("export", "episode", "The episode in which what moves stands as written.")]
+ExportOut = Annotated[str | None, option("export", "out", "The file to write. Default: NAME.glb here.")]
+
 Profile = Annotated[str, typer.Argument(metavar="PROFILE", help="turtlebot2i, turtlebot3, turtlebot4, or your own.")]
 RobotWords = Annotated[list[str] | None, typer.Argument(
     metavar="SETTING=VALUE", show_default=False, help="As in robot.host=192.168.1.20 robot.namespace=robot1.")]

@@ -16,7 +16,8 @@ from curionav_cli.config import catalogue
 from curionav_cli.config.schema import Config
 from curionav_cli.files import place
 
-SETTINGS = ("env.map", "env.mesh", "env.overlay", "env.floor", "data", "weights", "storage", "hydra.run.dir", "hydra.sweep.dir")
+SETTINGS = ("env.map", "env.mesh", "env.overlay", "env.floor", "data", "weights", "storage", "hydra.run.dir",
+            "hydra.sweep.dir")
 
 
 def as_typed(hydra: Hydra, word: str) -> str:

@@ -122,6 +122,7 @@ class Scan(Env):
     level: float | None = None
     step: float = 0.03
     slope: float = 30.0
+    counted: int | None = None  # cells that others counted there, which `curionav sheet` prints beside ours
     haze: float = 0.0  # light left at depth d: 1 / (1 + haze d); 0.035 in the worlds of boxes
 
     def __post_init__(self) -> None:
@@ -131,7 +132,7 @@ class Scan(Env):
         for key, (least, most) in {"storey": (0, 100), "step": (0.001, 0.5), "slope": (1.0, 60.0),
                                    "haze": (0.0, 1.0)}.items():
             a_number(f"env.{key}", getattr(self, key), least, most)
-        for key, (least, most) in {"scale": (1e-6, 1e3), "level": (-1e4, 1e4)}.items():
+        for key, (least, most) in {"scale": (1e-6, 1e3), "level": (-1e4, 1e4), "counted": (1, 10**9)}.items():
             if getattr(self, key) is not None:
                 a_number(f"env.{key}", getattr(self, key), least, most)
         if self.step >= self.agent_height:

@@ -8,6 +8,7 @@ import numpy as np
 
 from curionav_cli.constants import IMAGE_SIDE
 from curionav_cli.world.render.intersections import Rays
+from curionav_cli.world.render.texture_atlas import lit, unpack
 from curionav_cli.world.scan.site import ScanView
 
 CHUNK = 8  # frames whose rays are held at once
@@ -60,11 +61,11 @@ class MeshEngine:
         origins[..., :2], origins[..., 2] = pose[:, None, None], camera.height
         directions = directions.reshape(-1, 3)
         hits = camera.view.tracer.cast(origins.reshape(-1, 3), directions)
-        colour = camera.view.texels.look_up(hits, directions, camera.pixel).reshape(*shape, 3)
+        colour = camera.view.texels.look_up(hits, directions, camera.pixel).reshape(shape)
         far = hits.far.reshape(shape)
-        light = brightness[:, None, None] / (np.float32(1.0) + np.float32(camera.view.haze) * far)
-        light[hits.face.reshape(shape) < 0] = 1.0
-        colour *= light[..., None]
-        np.rint(colour, out=colour)
-        rgb[...] = colour.clip(0.0, 255.0)
+        if camera.view.haze or (brightness != 1.0).any():
+            light = 256.0 * brightness[:, None, None] / (np.float32(1.0) + np.float32(camera.view.haze) * far)
+            light[hits.face.reshape(shape) < 0] = 256.0
+            colour = lit(colour, light.astype(np.uint32))
+        unpack(colour, rgb)
         np.minimum(far, np.float32(camera.far), out=depth)

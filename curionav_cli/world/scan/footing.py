@@ -46,9 +46,11 @@ class Footing:
 
     @property
     def holes(self) -> np.ndarray:
-        """(rows, columns) bool: cells inside the building without floor or obstacle."""
+        """(rows, columns) bool: cells without floor or obstacle, inside the building and beside free floor."""
         built = self.supported | self.solid
-        return ndimage.binary_fill_holes(built) & ~built
+        label, _ = ndimage.label(ndimage.binary_fill_holes(built) & ~built)
+        beside = np.unique(label[ndimage.binary_dilation(self.supported & ~self.solid)])
+        return np.isin(label, beside[beside > 0])
 
     def obstacles(self, height: float) -> list[Box]:
         """Boxes over the squares with an obstacle, from the corner of the grid, for collisions and sensors."""
@@ -73,8 +75,8 @@ def footing(mesh: Mesh, tracer: Tracer, shape: tuple[int, int], env: Scan) -> Fo
     clear = supported.copy()
     clear[supported] = away(points, centres[supported]) > env.radius + TOUCH if len(points) else True
     if not clear.any():
-        raise SceneError(f"{env.mesh}: on this floor a robot of radius {env.radius:g} m fits nowhere. Lower env.radius, "
-                         "raise env.step, or choose another env.storey.")
+        raise SceneError(f"{env.mesh}: on this floor a robot of radius {env.radius:g} m fits nowhere. Lower "
+                         "env.radius, raise env.step, or choose another env.storey.")
     fine |= np.kron(covered.reshape(shape), np.ones((FINE, FINE), bool))
     solid = fine.reshape(shape[0], FINE, shape[1], FINE).any(axis=(1, 3))
     return Footing(cell, supported.reshape(shape), solid, clear.reshape(shape), fine)

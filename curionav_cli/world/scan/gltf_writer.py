@@ -82,18 +82,19 @@ class GlbWriter:
         return len(self._tree["bufferViews"]) - 1
 
     def _material(self, part: Quads) -> int:
-        light = part.light ** DISPLAY
+        light, picture = part.light ** DISPLAY, {"index": self._texture(part.picture)}
         self._tree["materials"].append({
             "name": part.name, "doubleSided": True, "extensions": {"KHR_materials_unlit": {}},
             "pbrMetallicRoughness": {"baseColorFactor": [light, light, light, 1.0], "metallicFactor": 0.0,
-                                     "roughnessFactor": 1.0, "baseColorTexture": {"index": self._texture(part.picture)}},
+                                     "roughnessFactor": 1.0, "baseColorTexture": picture},
         })
         return len(self._tree["materials"]) - 1
 
     def _texture(self, name: str) -> int:
         if name not in self._texture_of:
             _, raw = cv2.imencode(".png", self.pictures[name][..., ::-1])
-            self._tree["images"].append({"name": name, "mimeType": "image/png", "bufferView": self._view(raw.tobytes())})
+            view = self._view(raw.tobytes())
+            self._tree["images"].append({"name": name, "mimeType": "image/png", "bufferView": view})
             number = len(self._tree["images"]) - 1
             self._tree["textures"].append({"source": number, "sampler": 0})
             self._texture_of[name] = len(self._tree["textures"]) - 1

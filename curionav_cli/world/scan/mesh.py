@@ -18,7 +18,7 @@ class Mesh:
     """V vertices and F triangles. vertices (V, 3) float32, metres; faces (F, 3) int32.
 
     colour (V, 3) uint8 sRGB, read where texture is -1; texture (F,) int16 indexes `textures`, images (H, W, 3) uint8;
-    uv (V, 2) float32, v upwards; tint (F, 3) float32, by which a texture's colour is multiplied.
+    uv (V, 2) float32, v upwards.
     """
 
     vertices: np.ndarray
@@ -27,7 +27,6 @@ class Mesh:
     texture: np.ndarray
     textures: tuple[np.ndarray, ...]
     uv: np.ndarray
-    tint: np.ndarray
 
     def turned(self, rotation: np.ndarray, scale: float = 1.0) -> Mesh:
         """The mesh turned by a (3, 3) matrix, then scaled."""

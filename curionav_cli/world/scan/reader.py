@@ -47,12 +47,12 @@ def piece(part: Any, matrix: np.ndarray) -> Mesh:
     place, faces = np.asarray(part.vertices), np.asarray(part.faces, np.int32)
     vertices = (place @ matrix[:3, :3].T + matrix[:3, 3]).astype(np.float32)
     colour, texture = np.full((len(vertices), 3), GREY, np.uint8), np.full(len(faces), -1, np.int16)
-    uv, tint, images = np.zeros((len(vertices), 2), np.float32), np.ones((len(faces), 3), np.float32), ()
+    uv, images = np.zeros((len(vertices), 2), np.float32), ()
     if part.visual.kind == "texture":
         image, factor = surface(part.visual.material)
         if image is not None and part.visual.uv is not None and len(part.visual.uv) == len(vertices):
-            texture[:], uv, images = 0, np.asarray(part.visual.uv, np.float32), (image,)
-            tint[:] = factor
+            texture[:], uv = 0, np.asarray(part.visual.uv, np.float32)
+            images = (image if (factor == 1.0).all() else np.rint(image * factor).astype(np.uint8),)
         else:
             colour[:] = np.rint(255.0 * factor)
     elif part.visual.kind == "vertex":
@@ -61,7 +61,7 @@ def piece(part: Any, matrix: np.ndarray) -> Mesh:
         colour = np.repeat(np.asarray(part.visual.face_colors, np.uint8)[:, :3], 3, axis=0)
         vertices, uv = vertices[faces.ravel()], np.zeros((3 * len(faces), 2), np.float32)
         faces = np.arange(len(vertices), dtype=np.int32).reshape(-1, 3)
-    return Mesh(vertices, faces, colour, texture, images, uv, tint)
+    return Mesh(vertices, faces, colour, texture, images, uv)
 
 
 def surface(material: Any) -> tuple[np.ndarray | None, np.ndarray]:
@@ -95,7 +95,7 @@ def joined(pieces: list[Mesh]) -> Mesh:
         return np.concatenate([getattr(part, name) for part in pieces])
     faces = np.concatenate([part.faces + first for part, first in zip(pieces, before[:-1].tolist(), strict=True)])
     return Mesh(stacked("vertices"), faces.astype(np.int32), stacked("colour"), np.concatenate(number),
-                tuple(textures), stacked("uv"), stacked("tint"))
+                tuple(textures), stacked("uv"))
 
 
 def sound(mesh: Mesh, path: Path) -> Mesh:

@@ -10,6 +10,7 @@ from scipy import ndimage
 
 from curionav_cli.errors import SceneError
 from curionav_cli.records import Pose
+from curionav_cli.world.render.texture_atlas import unpack
 from curionav_cli.world.scan.footing import Footing, footing, grid
 from curionav_cli.world.scan.mesh import Mesh
 from curionav_cli.world.scan.reader import read_mesh
@@ -94,6 +95,5 @@ def from_above(view: ScanView, found: Footing, cut: float) -> np.ndarray:
         hits = view.tracer.cast(origins, directions)
         below = hits.far > cut + 1.0  # another storey, seen through a hole
         hits = hits._replace(face=np.where(below, -1, hits.face))
-        colour = view.texels.look_up(hits, directions, pixel / cut)
-        image[at:at + 64] = colour.reshape(-1, len(x), 3).clip(0, 255)
+        unpack(view.texels.look_up(hits, directions, pixel / cut), image[at:at + 64])
     return image
