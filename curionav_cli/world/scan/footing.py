@@ -90,10 +90,13 @@ def cell_of(env: Scan) -> float:
 def grid(mesh: Mesh, level: float, env: Scan) -> tuple[tuple[float, float], tuple[int, int]]:
     """Corner, metres, and (rows, columns) of cells around the storey at `level`; whole cells from the file's origin.
 
-    Raises SceneError where they are too many.
+    Raises SceneError where they are too many, or none.
     """
     cell, z = cell_of(env), mesh.vertices[:, 2]
     here = mesh.vertices[(z > level - AROUND) & (z < level + AROUND + env.agent_height), :2].astype(np.float64)
+    if not len(here):
+        raise SceneError(f"{env.mesh}: Nothing of it is at the height {level:g} m. Leave out env.level, or see where its "
+                         "floors are: curionav sheet.")
     margin = math.ceil(env.radius / cell) + 1
     low, top = np.floor(here.min(axis=0) / cell) - margin, np.ceil(here.max(axis=0) / cell) + margin
     columns, rows = (top - low).astype(int).tolist()

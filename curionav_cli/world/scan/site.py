@@ -23,6 +23,7 @@ from curionav_cli.world.settings import Scan
 
 LISTS = ("size", "map", "overlay", "rooms", "walls", "solids", "posters", "lamps", "furniture", "repeat", "tune",
          "light", "moves")
+UNSET = "REPLICA_ROOT"  # stands in a path where that variable is not set
 PICTURE = 0.025  # metres of a pixel seen from above
 MOST_PIXELS = 4_000_000
 CUT = 1.5  # metres above the floor, or agent_height: what is higher is not in the picture from above
@@ -48,6 +49,9 @@ def scan_site(env: Scan) -> tuple[Site, ScanView]:
     if not env.mesh:
         raise SceneError("env=scan needs the file of a mesh: env.mesh=FILE.glb (PLY, glTF, OBJ and STL too).")
     path = Path(env.mesh).expanduser()
+    if UNSET in path.parts:
+        raise SceneError(f"env={env.name} needs Replica, which you have to bring: export {UNSET}=FOLDER, the one with "
+                         f"{'/'.join(path.parts[-2:])} in it. docs/scans.md says where it is to be had.")
     mesh, tilt = upright(read_mesh(path), env)
     level, floors = chosen_level(mesh, env)
     corner, shape = grid(mesh, level, env)
