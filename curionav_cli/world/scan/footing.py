@@ -98,7 +98,8 @@ def grid(mesh: Mesh, level: float, env: Scan) -> tuple[tuple[float, float], tupl
         raise SceneError(f"{env.mesh}: Nothing of it is at the height {level:g} m. Leave out env.level, or see where its "
                          "floors are: curionav sheet.")
     margin = math.ceil(env.radius / cell) + 1
-    low, top = np.floor(here.min(axis=0) / cell) - margin, np.ceil(here.max(axis=0) / cell) + margin
+    low = np.floor((here.min(axis=0) + TOUCH) / cell) - margin
+    top = np.ceil((here.max(axis=0) - TOUCH) / cell) + margin
     columns, rows = (top - low).astype(int).tolist()
     grid_shape((columns * cell, rows * cell), cell)
     return (float(low[0]) * cell, float(low[1]) * cell), (rows, columns)
