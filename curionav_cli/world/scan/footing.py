@@ -76,7 +76,8 @@ def footing(mesh: Mesh, tracer: Tracer, shape: tuple[int, int], env: Scan) -> Fo
     clear[supported] = away(points, centres[supported]) > env.radius + TOUCH if len(points) else True
     if not clear.any():
         raise SceneError(f"{env.mesh}: on this floor a robot of radius {env.radius:g} m fits nowhere. Lower "
-                         "env.radius, raise env.step, or choose another env.storey.")
+                         "env.radius, raise env.step, or choose another env.storey. Or another axis points up: env.up=z "
+                         "(y, x, -z ...).")
     fine |= np.kron(covered.reshape(shape), np.ones((FINE, FINE), bool))
     solid = fine.reshape(shape[0], FINE, shape[1], FINE).any(axis=(1, 3))
     return Footing(cell, supported.reshape(shape), solid, clear.reshape(shape), fine)

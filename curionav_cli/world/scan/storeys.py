@@ -12,6 +12,7 @@ from curionav_cli.world.settings import Scan
 
 BIN = 0.05  # metres of the histogram of heights
 APART = 1.8  # metres between two storeys; what is nearer is a table, a step or a bed
+SLAB, ALIKE = 0.6, 0.7  # metres, and share of the area: a floor has an underside, and its top is what counts
 SHARE = 0.1  # of the largest level surface: a floor has at least so much
 LEAST = 0.5  # square metres of the smallest floor
 STANDING = 0.2  # square metres of upright surface on a floor, for each metre of its side and of agent_height
@@ -33,13 +34,17 @@ def storeys(mesh: Mesh, env: Scan) -> list[float]:
     enough = max(LEAST, SHARE * smooth.max())
     steep = np.abs(cross[:, 2]) < area
     upright = z[steep].min(axis=1), z[steep].max(axis=1), area[steep]
-    found: list[float] = []
+    found: list[tuple[float, float]] = []  # height, area
     for at in np.flatnonzero(smooth >= enough):
         peak = at + int(np.argmax(smooth[at:at + 3]))
         level = floor_height(height, level_area, (peak + first + 0.5) * BIN)
-        if (not found or level - found[-1] >= APART) and stands_on(level, smooth[peak], upright, env):
-            found.append(level)
-    return found
+        if not stands_on(level, smooth[peak], upright, env):
+            continue
+        if found and BIN < level - found[-1][0] < SLAB and smooth[peak] >= ALIKE * found[-1][1]:
+            found[-1] = level, smooth[peak]
+        elif not found or level - found[-1][0] >= APART:
+            found.append((level, smooth[peak]))
+    return [level for level, _ in found]
 
 
 def floor_height(height: np.ndarray, area: np.ndarray, about: float) -> float:

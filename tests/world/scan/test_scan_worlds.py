@@ -102,6 +102,11 @@ def test_storeys_are_counted_from_the_lowest(tmp_path: Path) -> None:
         scan(house, storey=2)
 
 
+def test_of_a_slab_the_top_is_the_floor(tmp_path: Path, a_room: Path) -> None:
+    slab = np.concatenate([ROOM, quad((0, 0, -0.2), (4, 0, 0), (0, 3, 0)), quad((0, 0, -0.2), (4, 0, 0), (0, 0, 0.2))])
+    assert np.array_equal(scan(write_ply(tmp_path / "slab.ply", slab)).plan.visitable, scan(a_room).plan.visitable)
+
+
 def test_a_hole_is_a_wall_and_is_named(tmp_path: Path, a_room: Path) -> None:
     holed = np.delete(ROOM, [10, 26], axis=0)  # one of the 16 squares of the floor, 1 x 0.75 m
     scene = scan(write_ply(tmp_path / "holed.ply", holed))
