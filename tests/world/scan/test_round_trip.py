@@ -61,7 +61,7 @@ def compare(scene: Scene, scan: Scene, draw_spots, share: float) -> None:
     assert (cells != scan.plan.visitable).sum() <= share * cells.sum()
     x, y, heading = draw_spots(scene, POSES, 3)
     left, low = scan.plan.map_origin.x, scan.plan.map_origin.y
-    image, depth = Renderer(scene).render(x, y, heading)
+    image, depth = Renderer(scene).render(x, y, heading, np.ones(POSES))  # a scan keeps the light that it was made in
     seen, far = Renderer(scan).render(x - left, y - low, heading)
     assert (np.abs(depth - far) <= 0.005).mean() >= 0.99
     apart = np.abs(image.astype(int) - seen)
