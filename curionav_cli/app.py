@@ -138,7 +138,7 @@ def write_map(words: opt.MapFolder = None, out: opt.MapOut = None) -> None:
 @app.command()
 def export(words: opt.WorldWords = None, to: opt.To = None, episode: opt.EpisodeOf = None,
            out: opt.ExportOut = None) -> None:
-    """Write a world as a mesh (GLB) that Blender opens, and env=scan: curionav export env=large_lab to=glb episode=3."""
+    """Write a world as a mesh (GLB), for Blender and env=scan: curionav export env=large_lab to=glb episode=3."""
     command_with_words("export", words, to=to, episode=episode, out=out)
 
 

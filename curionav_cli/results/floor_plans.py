@@ -111,7 +111,7 @@ def draw_plan(axes: Axes, plan: FloorPlan, most: int = SQUARES, walls_only: bool
 
 def draw_picture(axes: Axes, plan: FloorPlan, walls_only: bool) -> None:
     """Draw a scan from above, and pale what can be reached of it; its walls are in the picture."""
-    if not walls_only:
+    if plan.picture is not None and not walls_only:
         height, width = (side * plan.cell for side in plan.visitable.shape)
         axes.imshow(plan.picture, origin="lower", extent=(0, width, 0, height), interpolation="antialiased",
                     transform=frame(plan) + axes.transData, zorder=0)

@@ -33,7 +33,8 @@ CORNERS = {  # which of low (0) and high (1) each corner takes in x, y, z, antic
     SOUTH: ((0, 0, 0), (1, 0, 0), (1, 0, 1), (0, 0, 1)), NORTH: ((1, 1, 0), (0, 1, 0), (0, 1, 1), (1, 1, 1)),
     BELOW: ((0, 0, 0), (0, 1, 0), (1, 1, 0), (1, 0, 0)), ABOVE: ((0, 0, 1), (1, 0, 1), (1, 1, 1), (0, 1, 1)),
 }
-ALONG = {WEST: (1, -1.0), EAST: (1, 1.0), SOUTH: (0, 1.0), NORTH: (0, -1.0)}  # axis and sense of u, as box_tables has it
+# Axis and sense of u, as box_tables has them.
+ALONG = {WEST: (1, -1.0), EAST: (1, 1.0), SOUTH: (0, 1.0), NORTH: (0, -1.0)}
 
 
 def export(scene: Scene, path: Path) -> int:

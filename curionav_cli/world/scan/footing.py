@@ -69,17 +69,17 @@ def footing(mesh: Mesh, tracer: Tracer, shape: tuple[int, int], env: Scan) -> Fo
     centres = np.stack(np.meshgrid(x, y), axis=-1).reshape(-1, 2)
     height, steep = beneath(tracer, centres, high, env)
     covered = height > low
-    supported = (np.abs(height) <= env.step) & ~steep
+    supported: np.ndarray = (np.abs(height) <= env.step) & ~steep
     points = obstacle_points(mesh, low, high)
     fine = touched(points, cell / FINE, (shape[0] * FINE, shape[1] * FINE))
     clear = supported.copy()
     clear[supported] = away(points, centres[supported]) > env.radius + TOUCH if len(points) else True
-    if not clear.any():
+    if not bool(clear.any()):
         raise SceneError(f"{env.mesh}: on this floor a robot of radius {env.radius:g} m fits nowhere. Lower "
-                         "env.radius, raise env.step, or choose another env.storey. Or another axis points up: env.up=z "
-                         "(y, x, -z ...).")
+                         "env.radius, raise env.step, or choose another env.storey. Or another axis points "
+                         "up: env.up=z (y, x, -z ...).")
     fine |= np.kron(covered.reshape(shape), np.ones((FINE, FINE), bool))
-    solid = fine.reshape(shape[0], FINE, shape[1], FINE).any(axis=(1, 3))
+    solid = np.logical_or.reduce(fine.reshape(shape[0], FINE, shape[1], FINE), axis=(1, 3))
     return Footing(cell, supported.reshape(shape), solid, clear.reshape(shape), fine)
 
 
@@ -96,8 +96,8 @@ def grid(mesh: Mesh, level: float, env: Scan) -> tuple[tuple[float, float], tupl
     cell, z = cell_of(env), mesh.vertices[:, 2]
     here = mesh.vertices[(z > level - AROUND) & (z < level + AROUND + env.agent_height), :2].astype(np.float64)
     if not len(here):
-        raise SceneError(f"{env.mesh}: Nothing of it is at the height {level:g} m. Leave out env.level, or see where its "
-                         "floors are: curionav sheet.")
+        raise SceneError(f"{env.mesh}: Nothing of it is at the height {level:g} m. Leave out env.level: curionav sheet "
+                         "says where its floors are.")
     margin = math.ceil(env.radius / cell) + 1
     low = np.floor((here.min(axis=0) + TOUCH) / cell) - margin
     top = np.ceil((here.max(axis=0) - TOUCH) / cell) + margin
@@ -109,7 +109,7 @@ def grid(mesh: Mesh, level: float, env: Scan) -> tuple[tuple[float, float], tupl
 def beneath(tracer: Tracer, centres: np.ndarray, high: float, env: Scan) -> tuple[np.ndarray, np.ndarray]:
     """Height of the first surface under points (n, 2) at height `high`, -inf for none; and whether it is too steep."""
     origins = np.column_stack([centres, np.full(len(centres), high)]).astype(np.float32)
-    hits = tracer.cast(origins, np.tile(np.float32([0.0, 0.0, -1.0]), (len(origins), 1)))
+    hits = tracer.cast(origins, np.tile(np.array([0.0, 0.0, -1.0], np.float32), (len(origins), 1)))
     height = np.where(hits.face < 0, -np.inf, high - hits.far.astype(np.float64))
     length = np.linalg.norm(hits.cross, axis=1)
     return height, np.abs(hits.cross[:, 2]) < math.cos(math.radians(env.slope)) * length

@@ -51,7 +51,8 @@ def opened(path: Path, head: bytes) -> tuple[dict[str, Any], bytes | None]:
     if length > size:
         raise ValueError(f"it is cut off, {size} bytes of {length}")
     raw = path.read_bytes()[:length]
-    chunks, at = {}, 12
+    chunks: dict[int, bytes] = {}
+    at = 12
     while at + 8 <= length:
         long, kind = struct.unpack_from("<II", raw, at)
         if at + 8 + long > length:

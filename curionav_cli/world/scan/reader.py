@@ -47,7 +47,7 @@ def piece(part: Any, matrix: np.ndarray) -> Mesh:
     place, faces = np.asarray(part.vertices), np.asarray(part.faces, np.int32)
     vertices = (place @ matrix[:3, :3].T + matrix[:3, 3]).astype(np.float32)
     colour, texture = np.full((len(vertices), 3), GREY, np.uint8), np.full(len(faces), -1, np.int16)
-    uv, images = np.zeros((len(vertices), 2), np.float32), ()
+    uv, images = np.zeros((len(vertices), 2), np.float32), tuple[np.ndarray, ...]()
     if part.visual.kind == "texture":
         image, factor = surface(part.visual.material)
         if image is not None and part.visual.uv is not None and len(part.visual.uv) == len(vertices):

@@ -90,7 +90,7 @@ def from_above(view: ScanView, found: Footing, cut: float) -> np.ndarray:
     pixel = max(PICTURE, float(np.sqrt(rows * columns / MOST_PIXELS)))
     x, y = (np.arange(max(1, round(side / pixel))) + 0.5 for side in (columns, rows))
     x, y = x * columns / len(x), y * rows / len(y)
-    down = np.float32([0.0, 0.0, -1.0])
+    down = np.array([0.0, 0.0, -1.0], np.float32)
     image = np.empty((len(y), len(x), 3), np.uint8)
     for at in range(0, len(y), 64):
         places = np.stack(np.meshgrid(x, y[at:at + 64]), axis=-1).reshape(-1, 2)

@@ -91,7 +91,8 @@ BAD = {
     "cut.ply": PLY % 1000 + FACES % 10 + b"\0" * 100, "bomb.ply": PLY % 50_000_000 + FACES % 50_000_000,
     "huge.ply": PLY % 10**12 + FACES % 1, "points.ply": PLY % 1 + b"end_header\n" + b"\0" * 12,
     "header.ply": b"ply\nformat ascii 1.0\n", "line.ply": b"ply\nelement vertex many\nend_header\n",
-    "kind.ply": b"ply\nelement vertex 3\nproperty colour x\nend_header\n", "cut.stl": b"\0" * 80 + b"\xff\0\0\0" + b"\0" * 90,
+    "kind.ply": b"ply\nelement vertex 3\nproperty colour x\nend_header\n",
+    "cut.stl": b"\0" * 80 + b"\xff\0\0\0" + b"\0" * 90,
     "words.stl": b"no mesh at all", "binary.obj": b"\0\1\2", "away.obj": b"mtllib /etc/passwd\nv 0 0 0\n",
     "points.obj": b"v 0 0 0\nv 1 0 0\n", "mesh.fbx": b"Kaydara", "corner.obj": b"v 0 0 0\nf 1 2 3\n",
 }
