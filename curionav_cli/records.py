@@ -40,7 +40,8 @@ class FloorPlan:
     cells covered by a wall or furniture. cell: side of a cell, radius: of the robot, metres.
     occupancy (rows, columns) int8: of a ROS map, -1 unknown, 0 free to 100 occupied; None of a scene.
     start: where episodes begin; dock: None where the robot starts at its dock. bounded: False of a real floor without
-    a map, where the cells are a frame to count in, and how many can be visited is not known.
+    a map, where the cells are a frame to count in, and how many can be visited is not known. picture (any, any, 3)
+    uint8: of a scan, all cells from above, row 0 the lowest.
     """
 
     visitable: np.ndarray
@@ -54,6 +55,7 @@ class FloorPlan:
     occupancy: np.ndarray | None = None
     dock: Pose | None = None
     bounded: bool = True
+    picture: np.ndarray | None = None
 
     def total(self, denominator: str = "visitable") -> int | None:
         """The number of cells of a denominator, visitable or floor; None where it is not known."""
@@ -78,15 +80,16 @@ class FloorPlan:
             "name": self.name, "map_origin": list(self.map_origin), **({"dock": list(self.dock)} if self.dock else {}),
             **({} if self.bounded else {"bounded": False}),
         }
-        grids = {key: getattr(self, key) for key in ("visitable", "floor", "solid", "occupancy")}
+        grids = {key: getattr(self, key) for key in ("visitable", "floor", "solid", "occupancy", "picture")}
         held = {key: grid for key, grid in grids.items() if grid is not None}
         write_arrays(path, {**held, "numbers": np.array(json.dumps(numbers))})
 
     @classmethod
     def load(cls, path: Path) -> FloorPlan:
         """Read what `save` wrote. Raises RunFolderError where the file is broken."""
-        arrays = read_arrays(path, ("visitable", "floor", "solid", "numbers"), ("occupancy",))
+        arrays = read_arrays(path, ("visitable", "floor", "solid", "numbers"), ("occupancy", "picture"))
         masks, occupancy = [arrays[key] for key in ("visitable", "floor", "solid")], arrays.get("occupancy")
+        picture = arrays.get("picture")
         with understood(path):
             numbers: dict[str, Any] = json.loads(str(arrays["numbers"]))
             poses = numbers.keys() & {"dock"} | {"start", "map_origin"}
@@ -95,7 +98,9 @@ class FloorPlan:
                 raise ValueError("its masks are not alike")
             if occupancy is not None and (occupancy.dtype, occupancy.shape) != (np.dtype(np.int8), masks[0].shape):
                 raise ValueError("its occupancy is not of its masks' shape")
-            return cls(masks[0], masks[1], masks[2], **numbers, occupancy=occupancy)
+            if picture is not None and (picture.dtype, picture.ndim, picture.shape[-1]) != (np.dtype(np.uint8), 3, 3):
+                raise ValueError("its picture is none")
+            return cls(masks[0], masks[1], masks[2], **numbers, occupancy=occupancy, picture=picture)
 
 
 @dataclass(frozen=True)

@@ -146,6 +146,8 @@ def write_bag(folder: Path, episode: Episode) -> None:
 
 def accepted(name: str, module, words: Sequence[str]) -> int:
     """Whether words of a command that reads run folders are such as it takes, and the folders are there."""
+    if "to=glb" in words:
+        return int(compose.composed("explore", words[0]) is None)
     folders, _ = sorted_out(name, words, module.CHOICES)
     if name == "paper":
         one_of(name, str(folders.pop(0)), module.WHAT)

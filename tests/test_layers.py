@@ -15,7 +15,7 @@ LAYERS = (
     "execution", "commands", "api", "app",
 )
 LENT = {"torch": ("agents",), "hydra": ("config",), "omegaconf": ("config",), "matplotlib": ("results",),
-        "roslibpy": ("live",), "rosbags": ("bags",)}
+        "roslibpy": ("live",), "rosbags": ("bags",), "trimesh": ("world",), "embreex": ("world",)}
 PACKAGE = Path(curionav_cli.__file__).parent
 MODULES = sorted(path for path in PACKAGE.rglob("*.py") if path.parent != PACKAGE or path.stem[0] != "_")
 

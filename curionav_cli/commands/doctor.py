@@ -25,7 +25,7 @@ from curionav_cli.storage.provenance import PACKAGES
 from curionav_cli.storage.run_folder import RunFolder
 
 EXTRAS = {"fast": "numba", "sweep": "hydra-joblib-launcher", "slurm": "hydra-submitit-launcher",
-          "tensorboard": "tensorboard", "hpo": "hydra-optuna-sweeper", "ros": "roslibpy",
+          "tensorboard": "tensorboard", "scan": "embreex", "hpo": "hydra-optuna-sweeper", "ros": "roslibpy",
           "bags": "rosbags"}
 OK, NOT_THERE, LEFT_OUT, BROKEN = "ok", "not there", "left out", "BROKEN"
 SMALL = (  # takes seconds, and still acts, learns and saves

@@ -91,9 +91,11 @@ Pretrained = Annotated[str | None, option(
 MapFolder = Annotated[list[str] | None, folders("RUN", "The folder of one run, of agent=mapper or a docking robot.")]
 MapOut = Annotated[str | None, option("map", "out", f"{OUT} Default: the run's.")]
 
-ExportFolders = Annotated[list[str] | None, folders("RUN", "Folders of runs or sweeps.")]
-ExportTo = Annotated[str | None, option("export", "to", "The format: mcap.")]
-ExportOut = Annotated[str | None, option("export", "out", f"{OUT} Default: bags in each run's.")]
+ExportWords = Annotated[list[str] | None, folders(
+    "RUN | SETTING=VALUE", "mcap: folders of runs or sweeps; glb: the world, as in env=apartment_0, and its settings.")]
+ExportTo = Annotated[str | None, option("export", "to", "The format: mcap or glb.")]
+ExportOut = Annotated[str | None, option(
+    "export", "out", "mcap: the folder to write into, default: bags in each run's; glb: the file, default: NAME.glb.")]
 ExportEpisodes = Annotated[str | None, option("export", "episodes", "Only these episodes: 0,5,last. Default: all.")]
 ExportImages = Annotated[str | None, option(
     "export", "images", "png: CompressedImage, without loss (the default); raw: Image.")]
@@ -101,12 +103,31 @@ ExportDepth = Annotated[str | None, option(
     "export", "depth", "yes (the default): depth of simulated worlds, drawn again; no.")]
 ExportProfile = Annotated[str | None, option(
     "export", "profile", "The robot whose topics are used: turtlebot2i, turtlebot3 or turtlebot4 (the default).")]
+ExportEpisode = Annotated[str | None, option(
+    "export", "episode", "glb: the episode in which what moves stands as written. Default: 0.")]
 ExportRate = Annotated[str | None, option("export", "rate", "Steps a second, from 0.1 to 1000. Default: 10.")]
 
 PaperWords = Annotated[list[str] | None, folders(
     "WHAT [RUN]", "hyperparameters: the paper's and ours; sizes: of the scenes; docking: the diagram of the docking "
     "server; numbers: every number of the paper beside ours, from these runs.")]
 PaperOut = Annotated[str | None, option("paper", "out", f"{OUT} Default: the current one.")]
+
+Profile = Annotated[str | None, option(
+    "export", "profile", "The robot whose topics are used: turtlebot2i, turtlebot3 or turtlebot4 (the default).")]
+ExportEpisode = Annotated[str | None, option(
+    "export", "episode", "glb: the episode in which what moves stands as written. Default: 0.")]
+ExportRate = Annotated[str | None, option("export", "rate", "Steps a second, from 0.1 to 1000. Default: 10.")]
+
+PaperWords = Annotated[list[str] | None, folders(
+    "WHAT [RUN]", "hyperparameters: the paper's and ours; sizes: of the scenes; docking: the diagram of the docking "
+    "server; numbers: every number of the paper beside ours, from these runs.")]
+PaperOut = Annotated[str | None, option("paper", "out", f"{OUT} Default: the current one.")]
+
+WorldWords = Annotated[list[str] | None, typer.Argument(
+    metavar="SETTING=VALUE", show_default=False, help="The world, as in env=apartment_0, and its settings.")]
+To = Annotated[str | None, option("export", "to", "The format: glb.")]
+EpisodeOf = Annotated[str | None, option("export", "episode", "The episode in which what moves stands as written.")]
+ExportOut = Annotated[str | None, option("export", "out", "The file to write. Default: NAME.glb here.")]
 
 Profile = Annotated[str, typer.Argument(metavar="PROFILE", help="turtlebot2i, turtlebot3, turtlebot4, or your own.")]
 RobotWords = Annotated[list[str] | None, typer.Argument(

@@ -30,7 +30,7 @@ from curionav_cli.storage.run_folder import RunFolder
 
 # A run may be longer than planned, files may move, machines differ in memory, CUDA graphs may fail, and a probe only
 # measures.
-ANY = ("env.map", "env.overlay", "loop.replay_memory", "compile", "logger", "results.probe_every")
+ANY = ("env.map", "env.mesh", "env.overlay", "loop.replay_memory", "compile", "logger", "results.probe_every")
 BEGUN = Path(".hydra", "hydra.yaml")  # the first file that Hydra writes
 LONGER = "hydra.sweeper.n_trials"  # of a search, whose runs must stay equally long to be compared
 PINNED = ("hydra.sweep.dir", "hydra.run.dir", "hydra.mode")

@@ -29,7 +29,10 @@ def work(settings: Config, folder: Path) -> dict[str, Any]:
     plots.save(floor_plans.sheet(world.plan, title), folder / "plan.png")
     contact_sheet(world, folder / "sheet.png")
     plans([world], folder / "above.png")
-    return {"cells": cells, "cell": cell}
+    about = list(world.view.about) if world.view else []
+    if counted := getattr(settings.env, "counted", None):
+        about.append(f"others counted {counted} visitable cells there: ours are {cells / counted - 1:+.1%}")
+    return {"cells": cells, "cell": cell, "about": about}
 
 
 def check(settings: Config) -> None:
@@ -44,3 +47,5 @@ def summary(folder: Path, outcomes: list[Outcome]) -> None:
             area = outcome.result["cells"] * outcome.result["cell"] ** 2
             print(f"{outcome.folder / 'plan.png'} and sheet.png: {outcome.result['cells']} visitable cells of "
                   f"{outcome.result['cell'] * 100:g} cm, {area:.2f} m2")
+            for line in outcome.result["about"]:
+                print(f"  {line}")

@@ -16,7 +16,8 @@ from curionav_cli.config import catalogue
 from curionav_cli.config.schema import Config
 from curionav_cli.places import place
 
-SETTINGS = ("env.map", "env.overlay", "env.floor", "data", "init", "storage", "hydra.run.dir", "hydra.sweep.dir")
+SETTINGS = ("env.map", "env.mesh", "env.overlay", "env.floor", "data", "init", "storage", "hydra.run.dir",
+            "hydra.sweep.dir")
 
 
 def as_typed(hydra: Hydra, word: str) -> str:
@@ -63,7 +64,7 @@ def rooted(settings: Config, start: Path) -> Config:
     """The settings with absolute paths, relative ones taken from the folder `start`, so that any folder can resume."""
     def absolute(path: str | None) -> str | None:
         return str((start / place(path)).resolve()) if path else None
-    files: dict[str, Any] = {name: absolute(getattr(settings.env, name)) for name in ("map", "overlay", "floor")
+    files: dict[str, Any] = {name: absolute(getattr(settings.env, name)) for name in ("map", "overlay", "floor", "mesh")
              if hasattr(settings.env, name)}
     env = replace(settings.env, **files)
     return replace(settings, env=env, data=absolute(settings.data), init=absolute(settings.init))

@@ -64,7 +64,7 @@ def nodes() -> dict[str, tuple[type, str]]:
     """Name of a configuration -> its dataclass, and the package that it describes."""
     found: dict[str, tuple[type, str]] = {
         "schema/config": (schema.Config, "_global_"), "schema/env": (world_settings.Env, "env"),
-        "schema/live": (world_settings.Live, "env")}
+        "schema/live": (world_settings.Live, "env"), "schema/scan": (world_settings.Scan, "env")}
     found |= {f"schema/agent/{name}": (agent.settings, "agent") for name, agent in AGENTS.items()}
     return found | {f"schema/robot/{name}": (node, "robot") for name, node in ROBOTS.items()}
 

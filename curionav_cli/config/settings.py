@@ -21,7 +21,7 @@ from curionav_cli.config.suggestions import in_words, type_of
 from curionav_cli.errors import ConfigError, RunFolderError
 from curionav_cli.safe_yaml import refuse_bomb
 from curionav_cli.storage.older_runs import held
-from curionav_cli.world.settings import Live
+from curionav_cli.world.settings import Live, Scan
 
 
 def as_settings(config: DictConfig, start: Path | None = None) -> Config:
@@ -72,8 +72,9 @@ def read_settings(path: Path, changes: Sequence[str] = ()) -> Config:
         agent = AGENTS[recorded.agent.name].settings
         node["agent"] = writable(agent)
         node["robot"] = writable(ROBOTS[recorded.robot.name])
-        if "floor" in recorded.env:
-            node["env"] = writable(Live)
+        for key, kind in (("floor", Live), ("mesh", Scan)):
+            if key in recorded.env:
+                node["env"] = writable(kind)
         node.merge_with({"agent": held("agent", [field.name for field in fields(agent)])}, recorded)
         settings = as_settings(node)
     except OSError as error:

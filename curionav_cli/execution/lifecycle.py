@@ -22,7 +22,7 @@ from curionav_cli.records import FloorPlan
 from curionav_cli.storage import checkpoint, provenance
 from curionav_cli.storage.run_folder import RunFolder
 
-FILES = ("map", "overlay", "floor")  # of env; they may move
+FILES = ("map", "overlay", "floor", "mesh")  # of env; they may move
 
 
 class Task(Protocol):

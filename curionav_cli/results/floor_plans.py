@@ -44,6 +44,7 @@ START, DOCK = ("s", "#1d4ed8"), ("^", "#15803d")  # marker and colour
 SQUARES = 330  # drawn along the longer side of a panel, about as many as it has dots
 MARGIN = 0.03  # of the longer side, around the building
 STRIP = 0.07  # of the longer side: the room below it for the scale bar
+PALE = 0.45  # opacity of what can be reached, over the picture of a scan
 LONGEST, DOTS = 9.0, 200  # inches of a figure of the plan alone, and dots in one
 
 
@@ -96,12 +97,31 @@ def squares(grid: np.ndarray, side: int) -> np.ndarray:
 
 def draw_plan(axes: Axes, plan: FloorPlan, most: int = SQUARES, walls_only: bool = False) -> None:
     """Draw the plan, cropped to the building. most: squares along its longer side; walls_only: only obstacles."""
+    if plan.picture is not None:
+        draw_picture(axes, plan, walls_only)
+        return
     rows, columns = window(plan)
     side = max(1, -(-max(rows.stop - rows.start, columns.stop - columns.start) // most))
     grid = squares(kinds(plan)[rows, columns], side)
     colours = np.array([to_rgba(kind.color, not walls_only or number >= PART) for number, kind in enumerate(KINDS)])
     low = columns.start * plan.cell, rows.start * plan.cell
     draw_grid(axes, plan, colours[grid], side, low, zorder=2 if walls_only else 0)
+    frame_axes(axes, plan)
+
+
+def draw_picture(axes: Axes, plan: FloorPlan, walls_only: bool) -> None:
+    """Draw a scan from above, and pale what can be reached of it; its walls are in the picture."""
+    if plan.picture is not None and not walls_only:
+        height, width = (side * plan.cell for side in plan.visitable.shape)
+        axes.imshow(plan.picture, origin="lower", extent=(0, width, 0, height), interpolation="antialiased",
+                    transform=frame(plan) + axes.transData, zorder=0)
+        pale = np.where(plan.visitable[..., None], to_rgba(KINDS[REACHED].color, PALE), 0.0)
+        draw_grid(axes, plan, pale, 1, zorder=0.5)
+    frame_axes(axes, plan)
+
+
+def frame_axes(axes: Axes, plan: FloorPlan) -> None:
+    """Crop the axes to the building, in metres of its map."""
     x0, x1, y0, y1 = bounds(plan)
     axes.set(xlim=(x0, x1), ylim=(y0, y1), xlabel="x (m)", ylabel="y (m)", aspect="equal")
     axes.locator_params(steps=(1, 2, 5, 10), min_n_ticks=1)
@@ -155,7 +175,7 @@ def add_scale_bar(axes: Axes, plan: FloorPlan) -> None:
 def meanings(axes: Axes, plan: FloorPlan) -> list[Artist]:
     """Handles of a legend: the places that are marked, and the kinds of cells that the window shows."""
     places: list[Artist] = [line for line in axes.get_lines() if str(line.get_label())[0] != "_"]
-    shown = np.unique(kinds(plan)[window(plan)])
+    shown = np.unique(kinds(plan)[window(plan)]) if plan.picture is None else np.array([REACHED])
     return [*places, *(Patch(facecolor=KINDS[number].color, edgecolor="#6b7280", linewidth=0.5,
                              label=KINDS[number].name) for number in shown[::-1] if KINDS[number].name)]
 
@@ -180,7 +200,9 @@ def located(pose: Pose) -> str:
 
 def sheet(plan: FloorPlan, title: str) -> Figure:
     """Draw the plan of a world with grid, scale bar, start and dock."""
-    if plan.map_origin != ORIGIN:
+    if plan.picture is not None:
+        title += "\nThe axes are those of the scan; env.start and env.dock count in them"
+    elif plan.map_origin != ORIGIN:
         title += (f"\nIts lower left corner lies at {located(plan.map_origin)}; "
                   "env.start and env.dock count from that of the map's image")
     wide, high = figure_size(plan, LONGEST, 4.2)

@@ -80,6 +80,8 @@ def top_view(scene: Scene, height: int, views: tuple[np.ndarray, ...] = ()) -> n
 
 
 def _from_above(scene: Scene) -> tuple[np.ndarray, float]:
+    if scene.plan.picture is not None:
+        return scene.plan.picture.astype(np.float32), scene.size[0] / scene.plan.picture.shape[1]
     image = floor_picture(scene)
     texel = scene.size[0] / (image.shape[1] - 2)
     row, column = (np.minimum((np.arange(n) * texel / scene.plan.cell).astype(int), most - 1)

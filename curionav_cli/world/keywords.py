@@ -12,9 +12,10 @@ from curionav_cli.errors import UserError
 from curionav_cli.world.scene.scene import Scene
 from curionav_cli.world.scene.scene_file import plain
 from curionav_cli.world.scene.scene_format import hint
-from curionav_cli.world.settings import Env
+from curionav_cli.world.settings import Env, Scan
 
 SETTINGS = [field.name for field in fields(Env)]
+SCAN_SETTINGS = [field.name for field in fields(Scan)]
 
 
 def build_scene(maker: Callable[..., Any], scene: str, settings: dict[str, Any]) -> tuple[Scene, str]:
@@ -23,10 +24,11 @@ def build_scene(maker: Callable[..., Any], scene: str, settings: dict[str, Any])
     Raises TypeError for an unknown keyword, in Python's words, because some trainers try a keyword and match the
     message; SceneError or MapError for a scene that cannot be built.
     """
+    known = SCAN_SETTINGS if "mesh" in plain(scene)[0] else SETTINGS
     for key in settings:
-        if key not in SETTINGS:
+        if key not in known:
             own = [*signature(maker).parameters][1:-1]
-            raise TypeError(f"make() got an unexpected keyword argument {key!r}. {hint(key, [*own, *SETTINGS])}")
+            raise TypeError(f"make() got an unexpected keyword argument {key!r}. {hint(key, [*own, *known])}")
     try:
         raw, source = plain(scene, **settings)
         return Scene.from_dict(raw, source), raw.get("engine", "numpy")
@@ -36,5 +38,5 @@ def build_scene(maker: Callable[..., Any], scene: str, settings: dict[str, Any])
 
 def as_keywords(message: str) -> str:
     """Rewrite settings of the command line as keywords of Python: env.map=PATH.yaml as map='PATH.yaml'."""
-    message = re.sub(r"(?<![\w./])env\.(\w+)=(PATH\.yaml|numpy|numba)", r"\1='\2'", message)
+    message = re.sub(r"(?<![\w./])env\.(\w+)=(PATH\.yaml|FILE\.glb|numpy|numba)", r"\1='\2'", message)
     return re.sub(r"(?<![\w./])env\.(\w+)", r"\1", message)

@@ -14,6 +14,7 @@ SCENES = {
     "curionav/Apartment2-v0": "apartment_2",
     "curionav/LargeLab-v0": "large_lab",
     "curionav/Map-v0": "map",
+    "curionav/Scan-v0": "scan",
 }
 STEPS = 500  # of an episode (paper: N); our own loop has loop.steps
 

@@ -101,3 +101,39 @@ class Live(Env):
         if self.floor and not self.start:
             raise ValueError("env.start: with env.floor, say where on that map the robot begins, "
                              "env.start=[x, y, degrees]")
+
+
+UPS = ("auto", "x", "y", "z", "-x", "-y", "-z")
+
+
+@dataclass(frozen=True)
+class Scan(Env):
+    """A building as a mesh of triangles (docs/scans.md). Metres, degrees; `start` and `dock` in the file's own axes.
+
+    up: the file's axis that points up; auto: y of GLB, glTF and OBJ, z of PLY and STL. scale: metres in one unit of the
+    file; none: metres. storey: which floor, 0 the lowest; level: its height instead, metres. step: obstacles are what
+    stands higher above the floor than this; slope: what is steeper is no floor.
+    """
+
+    mesh: str | None = None
+    up: str = "auto"
+    scale: float | None = None
+    storey: int = 0
+    level: float | None = None
+    step: float = 0.03
+    slope: float = 30.0
+    counted: int | None = None  # cells that others counted there, which `curionav sheet` prints beside ours
+    haze: float = 0.0  # light left at depth d: 1 / (1 + haze d); 0.035 in the worlds of boxes
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if self.up not in UPS:
+            raise ValueError(f"env.up must be one of {', '.join(UPS)}, not {self.up!r}")
+        for key, (least, most) in {"storey": (0, 100), "step": (0.001, 0.5), "slope": (1.0, 60.0),
+                                   "haze": (0.0, 1.0)}.items():
+            a_number(f"env.{key}", getattr(self, key), least, most)
+        for key, (least, most) in {"scale": (1e-6, 1e3), "level": (-1e4, 1e4), "counted": (1, 10**9)}.items():
+            if getattr(self, key) is not None:
+                a_number(f"env.{key}", getattr(self, key), least, most)
+        if self.step >= self.agent_height:
+            raise ValueError(f"env.step ({self.step:g} m) must be below env.agent_height ({self.agent_height:g} m)")

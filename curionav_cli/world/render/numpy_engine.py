@@ -17,14 +17,13 @@ from curionav_cli.world.materials.materials import SIZE
 from curionav_cli.world.render.box_tables import HAZE
 from curionav_cli.world.render.camera import Camera
 from curionav_cli.world.render.intersections import Pairs, Rays, find_pairs, nearest, unpacked
-from curionav_cli.world.render.texture_atlas import LEVEL_OFFSET, LEVELS
+from curionav_cli.world.render.texture_atlas import LEVEL_OFFSET, LEVELS, lit, unpack
 
 CHUNK = 8
 EXPONENT = np.clip(np.arange(256) - 127 >> 1, 0, LEVELS - 1)  # mip level by a float's exponent
 OFFSET_OF = LEVEL_OFFSET[EXPONENT].astype(np.int32)
 # Marks beside the light of a pixel, and the light itself.
 PLANE, TOP, BRIGHT = np.int32(-(1 << 31)), np.int32(1 << 10), np.int32((1 << 10) - 1)
-RED_BLUE, GREEN = np.uint32(0xFF00FF), np.uint32(0x00FF00)
 
 
 class Texels(NamedTuple):
@@ -151,24 +150,3 @@ class NumpyEngine:
         v = (north * y_scale + y_shift).astype(np.int32)
         address.ravel()[flat] = self._camera.tables.address.take(cell) + u * SIZE + v
         light.ravel()[flat] = shine * brightness.take(frame)
-
-
-def lit(texel: np.ndarray, light: np.ndarray) -> np.ndarray:
-    """Packed colours uint32 times light / 256. Overwrites texel."""
-    red_blue = texel & RED_BLUE
-    red_blue *= light
-    red_blue >>= 8
-    red_blue &= RED_BLUE
-    texel &= GREEN
-    texel *= light
-    texel >>= 8
-    texel &= GREEN
-    texel |= red_blue
-    return texel
-
-
-def unpack(packed: np.ndarray, rgb: np.ndarray) -> None:
-    """Unpack colours (B, R, C) uint32 into rgb (B, R, C, 3) uint8."""
-    four, three = packed.astype("<u4", copy=False).view(np.uint8).reshape(-1, 4), rgb.reshape(-1, 3)
-    for channel in range(3):  # one by one: three times as fast as four[:, :3] at once
-        three[:, channel] = four[:, channel]

@@ -14,8 +14,9 @@ import numpy as np
 from curionav_cli.constants import HEADINGS, IMAGE_SHAPE
 from curionav_cli.errors import SceneError
 from curionav_cli.world.motion import COS, SIN
-from curionav_cli.world.render.camera import FAR, build_camera
+from curionav_cli.world.render.camera import FAR, Camera, build_camera
 from curionav_cli.world.render.intersections import Rays, rays
+from curionav_cli.world.render.mesh_engine import MeshCamera, MeshEngine, build_mesh_camera
 from curionav_cli.world.render.numpy_engine import NumpyEngine
 from curionav_cli.world.render.texture_atlas import Atlas, build_atlas
 from curionav_cli.world.scene.scene import Scene
@@ -41,11 +42,19 @@ class Renderer:
     def __init__(self, scene: Scene, engine: str = "numpy", atlas: Atlas | None = None):
         if engine not in ENGINES:
             raise SceneError(f"env.engine must be one of {', '.join(ENGINES)}, not {engine!r}.")
+        if scene.view is not None and engine != "numpy":
+            raise SceneError(f"env.engine={engine} draws boxes, and a scan is drawn by Embree. Set env.engine=numpy.")
         self.scene = scene
         self.engine = engine
-        self._atlas = atlas or build_atlas(scene)
-        self.camera = build_camera(scene, self._atlas)
-        self._draw = ENGINES[engine](self.camera).draw
+        self._atlas = atlas
+        self.camera: Camera | MeshCamera
+        if scene.view is not None:
+            self.camera = build_mesh_camera(scene.view, scene.fov, scene.camera, FAR)
+            self._draw = MeshEngine(self.camera).draw
+        else:
+            self._atlas = atlas or build_atlas(scene)
+            self.camera = build_camera(scene, self._atlas)
+            self._draw = ENGINES[engine](self.camera).draw
         self._headings = rays(COS, SIN, self.camera.across)
 
     def showing(self, scene: Scene) -> Renderer:

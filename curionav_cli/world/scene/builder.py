@@ -12,6 +12,7 @@ from curionav_cli.errors import SceneError
 from curionav_cli.geometry import rectangle_distance
 from curionav_cli.records import FloorPlan, Pose
 from curionav_cli.world.materials.materials import COLOURS, PATTERNS, exists
+from curionav_cli.world.scan.site import scan_site
 from curionav_cli.world.scene import layout
 from curionav_cli.world.scene.boxes import FIXED, Box, Boxes
 from curionav_cli.world.scene.dynamics import Item
@@ -31,7 +32,7 @@ from curionav_cli.world.scene.ros_map import explored_map, map_site
 from curionav_cli.world.scene.scene_file import Lists, collision_of, lists_of, settings
 from curionav_cli.world.scene.scene_format import Furniture, value
 from curionav_cli.world.scene.walled_site import walled_site
-from curionav_cli.world.settings import Env
+from curionav_cli.world.settings import Env, Scan
 
 TUNE_STEPS = 200
 START_ROOM = 0.1  # metres around the robot at the start into which no item may be moved
@@ -45,7 +46,11 @@ def construct(raw: dict[str, Any], source: str) -> dict[str, Any]:
             _pose(getattr(env, key), key, source)
     value(env.lamps, "tuple[Pair, ...]", source, "lamps")
     lists = lists_of(env, source)
-    if env.map:
+    view = None
+    if isinstance(env, Scan):
+        site, view = scan_site(env)
+        env, lists = shifted(env, lists, site.corner)
+    elif env.map:
         ros = explored_map(env)
         env, lists = shifted(env, lists, ros.corner)
         site = map_site(ros, env, lists)
@@ -58,7 +63,8 @@ def construct(raw: dict[str, Any], source: str) -> dict[str, Any]:
     _keep_start_free(env, lists, boxes, start, items, site, source)
     dock = _pose(env.dock, "dock", source) if env.dock else None
     plan = FloorPlan(visitable=visitable, floor=site.floor, solid=_solid(env, boxes, site), cell=site.cell, start=start,
-                     radius=env.radius, name=env.name, map_origin=site.origin, occupancy=site.occupancy, dock=dock)
+                     radius=env.radius, name=env.name, map_origin=site.origin, occupancy=site.occupancy, dock=dock,
+                     picture=site.picture)
     rugs = tuple(layout.rug(piece) for piece in furniture if piece.kind == "rug")
     _check_materials([*boxes.materials, *site.ground.materials, *(rug.material for rug in rugs)], source)
     return {
@@ -68,7 +74,7 @@ def construct(raw: dict[str, Any], source: str) -> dict[str, Any]:
         "ground": replace(site.ground, rugs=site.ground.rugs + rugs),
         "lamps": site.lamps + value(env.lamps, "tuple[Pair, ...]", source, "lamps"),
         "dock": dock or start,
-        "light": lists.light, "moves": lists.moves, "items": items,
+        "light": lists.light, "moves": lists.moves, "items": items, "view": view,
     }
 
 
@@ -165,10 +171,12 @@ def _grown(piece: Furniture, axis: str, by: float) -> Furniture:
 
 def _visitable(env: Env, lists: Lists, furniture: tuple[Furniture, ...], site: Site,
                items: tuple[Item, ...], source: str) -> tuple[np.ndarray, Pose]:
-    boxes = _pack(env, lists, furniture, site, items, source)
-    solid = boxes.solid(env.agent_height) & (boxes.item == FIXED)
-    clear = clear_cells(boxes.low[solid, :2], boxes.high[solid, :2], site.size, site.cell, env.radius)
-    clear &= site.floor
+    clear = site.clear
+    if clear is None:
+        boxes = _pack(env, lists, furniture, site, items, source)
+        solid = boxes.solid(env.agent_height) & (boxes.item == FIXED)
+        clear = clear_cells(boxes.low[solid, :2], boxes.high[solid, :2], site.size, site.cell, env.radius)
+        clear &= site.floor
     if not clear.any():
         raise SceneError(f"{source}: a robot of radius {env.radius:g} m fits nowhere. Lower env.radius.")
     start = _start(env, clear, site, source)

@@ -39,7 +39,8 @@ class Site:
     floor (rows, columns) bool: the cells of the building, the only ones that a robot may use.
     origin: of the lower-left corner, in the frame of a ROS map; corner: the same corner in the map's whole image, from
     which start, dock and lists are measured. Of a ROS map also occupancy (rows, columns) int8, and solid (rows,
-    columns) bool: the cells that it shows as obstacles.
+    columns) bool: the cells that it shows as obstacles. Of a scan also solid, clear (rows, columns) bool: where a
+    robot's centre may be, and picture (any, any, 3) uint8: all cells from above, row 0 the lowest.
     """
 
     size: tuple[float, float]
@@ -52,6 +53,8 @@ class Site:
     corner: tuple[float, float] = (0.0, 0.0)
     occupancy: np.ndarray | None = None
     solid: np.ndarray | None = None
+    clear: np.ndarray | None = None
+    picture: np.ndarray | None = None
 
 
 def highest(cells: np.ndarray, resolution: float, shape: tuple[int, int], cell: float) -> np.ndarray:

@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from curionav_cli.records import FloorPlan, Pose
+from curionav_cli.world.scan.site import ScanView
 from curionav_cli.world.scene import dynamics
 from curionav_cli.world.scene.boxes import FIXED, Boxes
 from curionav_cli.world.scene.builder import construct
@@ -47,6 +48,7 @@ class Scene:
     light: Light = field(default_factory=Light)
     moves: tuple[Move, ...] = ()
     items: tuple[dynamics.Item, ...] = ()
+    view: ScanView | None = None  # of a scan: what draws it, in place of the boxes
 
     @classmethod
     def from_dict(cls, raw: dict[str, Any], source: str = "scene") -> Scene:

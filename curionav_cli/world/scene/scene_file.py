@@ -27,7 +27,7 @@ from curionav_cli.world.scene.scene_format import (
     read,
     refuse_unknown,
 )
-from curionav_cli.world.settings import Env
+from curionav_cli.world.settings import Env, Scan
 
 TIMES = 1000  # the most that a piece is repeated
 HYDRA_KEYS = ("defaults",)  # in the file for Hydra, of no meaning for a scene
@@ -64,7 +64,8 @@ def plain(name: str, **changes: Any) -> tuple[dict[str, Any], str]:
 def settings(raw: dict[str, Any], source: str) -> Env:
     """Check the keys of a scene and make its Env, which checks the ranges. Raises SceneError naming `source`."""
     raw = {key: value for key, value in raw.items() if key not in HYDRA_KEYS}
-    keys = {field.name: field for field in fields(Env)}
+    kind = Scan if "mesh" in raw else Env
+    keys = {field.name: field for field in fields(kind)}
     refuse_unknown(raw, keys, source, "")
     for name, field in keys.items():
         if name not in raw and field.default is MISSING and field.default_factory is MISSING:
@@ -72,9 +73,11 @@ def settings(raw: dict[str, Any], source: str) -> Env:
     if not isinstance(raw["name"], str):
         raise SceneError(f"{source}: name must be a word, not {raw['name']!r}.")
     try:
-        env = Env(**raw)
+        env = kind(**raw)
     except ValueError as error:
         raise SceneError(f"{source}: {error}.") from None
+    if isinstance(env, Scan):
+        return env
     if not env.map and not env.size:
         raise SceneError(f"{source}: this scene needs a ROS map, env.map=PATH.yaml, or a size: [x, y] in metres.")
     if not env.map and not env.cell:

@@ -1,0 +1,1 @@
+"""Scanned buildings: meshes of triangles as worlds (docs/scans.md)."""
