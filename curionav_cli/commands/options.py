@@ -112,23 +112,6 @@ PaperWords = Annotated[list[str] | None, folders(
     "server; numbers: every number of the paper beside ours, from these runs.")]
 PaperOut = Annotated[str | None, option("paper", "out", f"{OUT} Default: the current one.")]
 
-Profile = Annotated[str | None, option(
-    "export", "profile", "The robot whose topics are used: turtlebot2i, turtlebot3 or turtlebot4 (the default).")]
-ExportEpisode = Annotated[str | None, option(
-    "export", "episode", "glb: the episode in which what moves stands as written. Default: 0.")]
-ExportRate = Annotated[str | None, option("export", "rate", "Steps a second, from 0.1 to 1000. Default: 10.")]
-
-PaperWords = Annotated[list[str] | None, folders(
-    "WHAT [RUN]", "hyperparameters: the paper's and ours; sizes: of the scenes; docking: the diagram of the docking "
-    "server; numbers: every number of the paper beside ours, from these runs.")]
-PaperOut = Annotated[str | None, option("paper", "out", f"{OUT} Default: the current one.")]
-
-WorldWords = Annotated[list[str] | None, typer.Argument(
-    metavar="SETTING=VALUE", show_default=False, help="The world, as in env=apartment_0, and its settings.")]
-To = Annotated[str | None, option("export", "to", "The format: glb.")]
-EpisodeOf = Annotated[str | None, option("export", "episode", "The episode in which what moves stands as written.")]
-ExportOut = Annotated[str | None, option("export", "out", "The file to write. Default: NAME.glb here.")]
-
 Profile = Annotated[str, typer.Argument(metavar="PROFILE", help="turtlebot2i, turtlebot3, turtlebot4, or your own.")]
 RobotWords = Annotated[list[str] | None, typer.Argument(
     metavar="SETTING=VALUE", show_default=False, help="As in robot.host=192.168.1.20 robot.namespace=robot1.")]
