@@ -31,11 +31,14 @@ def mute() -> None:
         os.dup2(nowhere.fileno(), sys.stdout.fileno())
 
 
+BROKEN = ("", "options")  # headings of columns whose text may break over lines
+
+
 def table(columns: tuple[tuple[str, str], ...], rows: Sequence[tuple[str, ...]]) -> Table:
     """A table without lines. columns: each heading, and the side to which its cells are justified."""
     made = Table(box=SIMPLE, pad_edge=False)
     for heading, side in columns:
-        made.add_column(heading, justify="right" if side == "right" else "left", no_wrap=heading != "")
+        made.add_column(heading, justify="right" if side == "right" else "left", no_wrap=heading not in BROKEN)
     for row in rows:
         made.add_row(*(cell.replace("[", "\\[") for cell in row))
     return made

@@ -22,7 +22,11 @@ camera: 0.5
 
 
 def row(out: str, name: str) -> str:
-    return next(line for line in out.splitlines() if line.strip().startswith(name + " "))
+    """The row that begins with `name`, with what broke over the next lines."""
+    lines = out.splitlines()
+    begins = next(at for at, line in enumerate(lines) if line.strip().startswith(name + " "))
+    ends = next((at for at, line in enumerate(lines[begins + 1:], begins + 1) if not line.startswith("  ")), len(lines))
+    return " ".join(" ".join(lines[begins:ends]).split())
 
 
 def test_groups_and_their_options(cli: Cli) -> None:
