@@ -9,7 +9,7 @@ import yaml
 
 from curionav_cli.config.catalogue import leaves
 from curionav_cli.config.suggestions import in_words
-from curionav_cli.files import conf_dir
+from curionav_cli.places import conf_dir
 from documentation.markdown import GENERATED, code, table
 from documentation.settings_rows import Setting, common, meaning, options, scaled, settings, value
 

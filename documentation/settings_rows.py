@@ -23,7 +23,7 @@ from curionav_cli.config.catalogue import HIDDEN, leaves
 from curionav_cli.config.settings import as_settings
 from curionav_cli.config.sources import MAIN, opened
 from curionav_cli.config.suggestions import in_words, owner_of, type_of
-from curionav_cli.files import conf_dir
+from curionav_cli.places import conf_dir
 
 MEANINGS = Path(__file__).with_name("meanings.yaml")
 NAMES = ("env.name", "agent.name", "robot.name")  # set by choosing an option of the group

@@ -11,7 +11,7 @@ from curionav_cli.commands.summary import print_next
 from curionav_cli.config.compose import composed
 from curionav_cli.errors import ConfigError
 from curionav_cli.execution.screen import a_console
-from curionav_cli.files import place
+from curionav_cli.places import place
 
 CHOICES: dict[str, tuple[str, ...]] = {"to": ("glb",), "episode": (), "out": ()}
 

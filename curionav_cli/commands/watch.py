@@ -10,7 +10,7 @@ from pathlib import Path
 from curionav_cli.errors import ConfigError, RunFolderError
 from curionav_cli.execution.watching.server import Server
 from curionav_cli.execution.watching.watched import Watched
-from curionav_cli.files import place
+from curionav_cli.places import place
 from curionav_cli.storage.run_folder import no_folder
 
 
