@@ -44,7 +44,7 @@ from curionav_cli.live import connect
 from curionav_cli.records import Episode
 from curionav_cli.storage import loggers
 from curionav_cli.storage.run_folder import RunFolder
-from curionav_cli.world.scan.export import export
+from curionav_cli.world.scan import export as scan_export
 from curionav_cli.world.scene.scene import Scene
 from curionav_cli.world.scene.scene_file import plain
 
@@ -108,7 +108,7 @@ def commands(page: Path) -> Iterator[list[str]]:
 def typed(cli: Cli, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, an_episode, a_plan) -> Cli:
     """The entry point up to the moment when something would run, beside a map, a scan and the runs that pages name."""
     write_two_rooms(tmp_path)
-    export(Scene.from_dict(*plain("small_room")), tmp_path / "flat.glb")
+    scan_export.export(Scene.from_dict(*plain("small_room")), tmp_path / "flat.glb")
     run = RunFolder(tmp_path / "outputs" / "DATE" / "RUN")
     run.create(settings_yaml(compose.composed("explore")), {"env": {"name": "small_room"}}, {}, a_plan())
     run.save_episode(0, replace(an_episode(steps=100), action=np.zeros(100, np.int64)))  # actions are held

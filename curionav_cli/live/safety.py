@@ -2,7 +2,8 @@
 
 A move is refused or cut short, and the episode goes on:
     the way ahead shows an obstacle, or leaves the geofence     env.py (_forward)
-    a bumper, a cliff, a wheel drop, a stall; in moves ahead    wheels.py (touched)
+    a bumper, a cliff, a stall; in moves ahead                  wheels.py (touched)
+    a wheel drop; in every move                                 wheels.py (lifted)
     its time is over                                            wheels.py (limit)
 
 The wheels stop and the episode ends, by a Fault, which every moment of a move looks for (LiveBase.pause):

@@ -107,25 +107,24 @@ class ByVelocity:
     def forward(self, metres: float, pause: Pause) -> bool:
         start, seconds = self.travel.forward, limit(self.wheels.settings, metres / STEP_LENGTH)
         left = self._drive(lambda: metres - (self.travel.forward - start), NEAR, seconds,
-                           lambda rest: (eased(rest, SLOW, self.wheels.settings.max_speed), 0.0), metres > 0.0, pause)
+                           lambda rest: (eased(rest, SLOW, self.wheels.settings.max_speed), 0.0),
+                           touched if metres > 0.0 else lifted, pause)
         return abs(left) > SHORT
 
     def turn(self, radians: float, pause: Pause) -> bool:
         start, most = self.travel.turned, math.radians(self.wheels.settings.max_turn)
         left = self._drive(lambda: radians - (self.travel.turned - start), NEAR_TURN,
                            limit(self.wheels.settings, radians / QUARTER),
-                           lambda rest: (0.0, eased(rest, SLOW_TURN, most)), False, pause)
+                           lambda rest: (0.0, eased(rest, SLOW_TURN, most)), lifted, pause)
         return abs(left) > SHORT_TURN
 
     def _drive(self, left: Callable[[], float], near: float, seconds: float,
-               command: Callable[[float], tuple[float, float]], stops: bool, pause: Pause) -> float:
-        """Command until no more than `near` is left, or `seconds` are over; returns what is left.
-
-        stops: whether it ends when something is touched, as moves ahead do.
-        """
+               command: Callable[[float], tuple[float, float]], stops: Callable[[Sensors], bool], pause: Pause
+               ) -> float:
+        """Command until no more than `near` is left, `seconds` are over or `stops` is true; returns what is left."""
         sign, until = math.copysign(1.0, left()), self.clock.now() + seconds
         try:
-            while sign * left() > near and self.clock.now() < until and not (stops and touched(self.wheels.sensors)):
+            while sign * left() > near and self.clock.now() < until and not stops(self.wheels.sensors):
                 self.wheels.send(*command(left()))
                 pause()
         finally:
@@ -149,16 +148,17 @@ class ByActions:
     def forward(self, metres: float, pause: Pause) -> bool:
         start = self.travel.forward
         goal: dict[str, object] = {"distance": metres, "max_translation_speed": self.wheels.settings.max_speed}
-        ahead = metres > 0.0
+        stops = touched if metres > 0.0 else lifted
         self.wheels.act(self.profile.drive, goal, limit(self.wheels.settings, metres / STEP_LENGTH), pause,
-                        lambda: ahead and touched(self.wheels.sensors))
+                        lambda: stops(self.wheels.sensors))
         pause()
         return abs(metres - (self.travel.forward - start)) > SHORT
 
     def turn(self, radians: float, pause: Pause) -> bool:
         most = math.radians(self.wheels.settings.max_turn)
         state = self.wheels.act(self.profile.turn, {"angle": radians, "max_rotation_speed": most},
-                                limit(self.wheels.settings, radians / QUARTER), pause)
+                                limit(self.wheels.settings, radians / QUARTER), pause,
+                                lambda: lifted(self.wheels.sensors))
         pause()
         return state is not GoalState.succeeded
 
@@ -179,8 +179,13 @@ def eased(left: float, slowest: float, fastest: float) -> float:
 
 
 def touched(sensors: Sensors) -> bool:
-    """Whether a bumper is pressed, a wheel hangs, or the floor ends."""
+    """Whether a bumper is pressed, a wheel hangs, or the floor ends: no move ahead goes on."""
     return any(name.startswith(STOPS) for name, now in sensors.touching.items() if now)
+
+
+def lifted(sensors: Sensors) -> bool:
+    """Whether a wheel hangs: no move goes on. Turning and backing off is how a robot leaves a wall or an edge."""
+    return any(name.startswith("wheel_drop") for name, now in sensors.touching.items() if now)
 
 
 def moving(sensors: Sensors) -> bool:

@@ -168,6 +168,14 @@ class Body:
             if message := kinds.get(kind.rpartition("/")[2]):
                 self.link.send(full(self.settings.namespace, name), message)
 
+    def lift(self, up: bool) -> None:
+        """Report that a wheel hangs, or stands again, as this profile's maker does."""
+        for name, kind in self.settings.profile.contacts.items():
+            kinds = {"WheelDropEvent": {"wheel": 0, "state": int(up)},
+                     "HazardDetectionVector": {"detections": [{"type": 4}] * up}}
+            if message := kinds.get(kind.rpartition("/")[2]):
+                self.link.send(full(self.settings.namespace, name), message)
+
     # -- what it sends --------------------------------------------------------------------------------------------
 
     def header(self, ago: float = 0.0) -> dict[str, Any]:

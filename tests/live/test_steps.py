@@ -83,6 +83,21 @@ def test_a_bumper_stops_a_move_and_counts_as_collided(robot, profile: str) -> No
     assert not env.step(LEFT)[4]["collided"]
 
 
+@pytest.mark.parametrize("profile", ["turtlebot2i", "turtlebot4"])
+def test_a_wheel_that_hangs_ends_a_turn_too(robot, profile: str) -> None:
+    env, body = robot(profile)
+    env.reset(seed=0)
+    yaw = body.yaw
+    body.watch.append(lambda: abs(body.yaw - yaw) > math.radians(2.0) and body.lift(True))
+    env.step(LEFT)
+    assert 0.0 < math.degrees(body.yaw - yaw) < 6.0 and body.speed == 0.0
+    body.watch.pop()
+    body.lift(False)
+    stood = body.yaw
+    env.step(RIGHT)
+    assert math.degrees(stood - body.yaw) == pytest.approx(10.0, abs=0.7)
+
+
 def test_wheels_that_do_not_turn_end_a_move_by_its_limit(robot) -> None:
     env, body = robot("turtlebot3")
     env.reset(seed=0)
