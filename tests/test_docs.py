@@ -109,6 +109,7 @@ def typed(cli: Cli, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, an_episode,
     """The entry point up to the moment when something would run, beside a map, a scan and the runs that pages name."""
     write_two_rooms(tmp_path)
     scan_export.export(Scene.from_dict(*plain("small_room")), tmp_path / "flat.glb")
+    shutil.copy(tmp_path / "flat.glb", tmp_path / "lab.glb")
     run = RunFolder(tmp_path / "outputs" / "DATE" / "RUN")
     run.create(settings_yaml(compose.composed("explore")), {"env": {"name": "small_room"}}, {}, a_plan())
     run.save_episode(0, replace(an_episode(steps=100), action=np.zeros(100, np.int64)))  # actions are held
