@@ -7,7 +7,7 @@ from office import write_two_rooms
 from curionav_cli.records import Episode, FloorPlan, Pose
 
 
-@pytest.fixture
+@pytest.fixture(scope="session")
 def an_episode():
     """an_episode(steps=5): noise for images, a straight walk for poses."""
     def make(steps=5, events=(), seed=0):
@@ -18,7 +18,7 @@ def an_episode():
     return make
 
 
-@pytest.fixture
+@pytest.fixture(scope="session")
 def a_plan():
     """a_plan(rows, columns): an open room; with hole=True a solid block that the robot keeps away from."""
     def make(rows=4, columns=6, cell=0.1, radius=0.18, hole=False):

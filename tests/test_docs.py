@@ -104,27 +104,35 @@ def commands(page: Path) -> Iterator[list[str]]:
             yield shlex.split(line, comments=True)[1:]
 
 
-@pytest.fixture
-def typed(cli: Cli, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, an_episode, a_plan) -> Cli:
-    """The entry point up to the moment when something would run, beside a map, a scan and the runs that pages name."""
-    write_two_rooms(tmp_path)
-    scan_export.export(Scene.from_dict(*plain("small_room")), tmp_path / "flat.glb")
-    shutil.copy(tmp_path / "flat.glb", tmp_path / "lab.glb")
-    run = RunFolder(tmp_path / "outputs" / "DATE" / "RUN")
+@pytest.fixture(scope="module")
+def named(tmp_path_factory: pytest.TempPathFactory, an_episode, a_plan) -> Path:
+    """A folder with what pages name: a map, a scan, a run, its card and its bag, a sweep, an evaluation, a cache."""
+    folder = tmp_path_factory.mktemp("named")
+    write_two_rooms(folder)
+    scan_export.export(Scene.from_dict(*plain("small_room")), folder / "flat.glb")
+    shutil.copy(folder / "flat.glb", folder / "lab.glb")
+    run = RunFolder(folder / "outputs" / "DATE" / "RUN")
     run.create(settings_yaml(compose.composed("explore")), {"env": {"name": "small_room"}}, {}, a_plan())
     run.save_episode(0, replace(an_episode(steps=100), action=np.zeros(100, np.int64)))  # actions are held
     settings, weights = compose.composed("explore"), run.checkpoints / "000001"
     weights.mkdir(parents=True)
     build.agent(settings, build.world(settings)).save(weights)
     (weights / "done").touch()
-    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
-    for words in ([], ["pretrained=apartments"]):
-        card.run([str(run.path), *words])
-    shutil.copytree(run.path, tmp_path / "outputs" / "DATE" / "EVALUATION")
+    card.run([str(run.path)])
+    card.run([str(run.path), f"out={folder}/cache/curionav/pretrained/apartments"])
+    shutil.copytree(run.path, folder / "outputs" / "DATE" / "EVALUATION")
     write_bag(run.path / "bags" / "episode_000000", replace(an_episode(steps=100), action=np.zeros(100, np.int64)))
-    shutil.copy(run.path / "bags" / "episode_000000" / "episode_000000.mcap", tmp_path / "office.mcap")
+    shutil.copy(run.path / "bags" / "episode_000000" / "episode_000000.mcap", folder / "office.mcap")
     for name in ("0_small_room_lbs_dreamer_0", "1_small_room_lbs_dreamer_1"):
-        shutil.copytree(run.path, tmp_path / "outputs" / "DATE" / "SWEEP" / name)
+        shutil.copytree(run.path, folder / "outputs" / "DATE" / "SWEEP" / name)
+    return folder
+
+
+@pytest.fixture
+def typed(cli: Cli, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, named: Path) -> Cli:
+    """The entry point up to the moment when something would run, beside what pages name."""
+    shutil.copytree(named, tmp_path, dirs_exist_ok=True)
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
     monkeypatch.setattr(launch, "run_plan", lambda *_: 0)
     monkeypatch.setattr(compose, "COMPOSED", 1)  # of a sweep each value once
     for name, module in {"coverage": coverage, "compare": compare, "runs": runs, "paper": paper, "export": export,

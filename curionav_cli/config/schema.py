@@ -125,7 +125,9 @@ class Config:
 
     def __post_init__(self) -> None:
         within("seed", self.seed, least=0, most=2**32 - 1)
-        Logger.chosen(self.logger)
+        chosen = Logger.chosen(self.logger)
+        if isinstance(self.logger, str):
+            object.__setattr__(self, "logger", Logger(*chosen))
 
     @property
     def loggers(self) -> tuple[str, ...]:

@@ -47,6 +47,7 @@ def test_a_broken_prediction_is_named_and_nothing_hangs_on_it(cli: Cli, tmp_path
         assert cli("resume", "run", "loop.episodes=5").code == 0
 
 
+@pytest.mark.slow  # six runs
 def test_environments_stand_under_each_other_in_one_figure(cli: Cli, tmp_path: Path) -> None:
     short = [word for word in LEARNER if not word.startswith(("loop.episodes", "loop.iterations"))]
     for env in ("small_room", "large_lab"):

@@ -30,7 +30,7 @@ def bash(*words: str) -> list[str]:
 
 
 TYPED = {
-    "ex": ["explore"],
+    "exp": ["explore", "export"],
     "explore env = sm": ["small_room"],
     "explore env=sm": ["env=small_room"],
     "explore agent = random env = sm": ["small_room"],

@@ -20,7 +20,7 @@ def test_groups_and_their_members(source: Schema) -> None:
     assert not source.is_group("schema/env") and not source.is_group("agent")
     assert source.list("", None) == ["schema"]
     assert source.list("schema", ObjectType.GROUP) == ["agent", "robot"]
-    assert source.list("schema", ObjectType.CONFIG) == ["config", "env", "live"]
+    assert source.list("schema", ObjectType.CONFIG) == ["config", "env", "live", "scan"]
     assert source.list("schema/agent", ObjectType.CONFIG) == sorted(AGENTS)
     assert source.list("schema/robot", None) == sorted(ROBOTS)
 

@@ -16,7 +16,9 @@ from curionav_cli.config.settings import read_settings, settings_yaml
 from curionav_cli.config.sources import conf_dir, opened
 from curionav_cli.errors import RunFolderError
 
-OPTIONS = sorted((path.parent.name, path.stem) for path in conf_dir().glob("*/*.yaml"))
+LARGE = ("explorers", "apartments", "comparison")  # experiments of a hundred runs
+OPTIONS = [pytest.param(path.parent.name, path.stem, marks=[pytest.mark.slow] * (path.stem in LARGE))
+           for path in sorted(conf_dir().glob("*/*.yaml"))]
 
 
 def composed(*words: str) -> schema.Config:

@@ -39,7 +39,7 @@ def test_gymnasium_makes_it_with_settings() -> None:
     assert made.unwrapped.scene.collision == "slide"
 
 
-@pytest.mark.parametrize("name", SCENES)
+@pytest.mark.parametrize("name", [name for name in SCENES if name != "curionav/Scan-v0"])  # scan/test_scan_worlds.py
 def test_gymnasium_finds_no_fault(name: str, a_map: str) -> None:
     """Its warnings are errors here."""
     register()

@@ -116,7 +116,8 @@ def test_a_taken_port_and_no_run_are_a_line_each(cli: Cli, server: Server, sweep
 
 def test_ctrl_c_ends_it(sweep: Path) -> None:
     with subprocess.Popen([sys.executable, "-m", "curionav_cli", "watch", str(sweep), "--port", "0"],
-                          stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
+                          stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
+                          preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL)) as process:
         assert process.stdout is not None and process.stderr is not None
         assert process.stdout.readline() == "3 runs: 1 done, 1 failed, 1 waiting\n"
         url = process.stdout.readline().split()[0]

@@ -8,6 +8,7 @@ from typing import Any
 import gymnasium
 import numpy as np
 import pytest
+from gymnasium.utils.env_checker import check_env
 from meshmaking import box, quad, room, write_obj, write_ply, write_stl, y_up
 
 from curionav_cli.errors import SceneError
@@ -56,6 +57,7 @@ def test_every_format_gives_the_same_cells(a_room: Path, write) -> None:
 
 def test_colours_are_those_of_the_corners_and_grey_without(a_room: Path, tmp_path: Path) -> None:
     env = gymnasium.make("curionav/Scan-v0", mesh=str(a_room))
+    check_env(env.unwrapped, skip_render_check=True)
     image = env.reset(seed=0)[0]["image"]
     assert set(map(tuple, image.reshape(-1, 3).tolist())) <= {(200, 40, 40), (188, 192, 196)}
     grey = scan(write_stl(tmp_path / "grey.stl", ROOM)).plan.picture

@@ -79,7 +79,8 @@ def test_the_overlay_dresses_a_map(tmp_path: Path) -> None:
 
 
 def row_of(name: str) -> str:
-    return next(line for line in TEXT.splitlines() if line.startswith(f"| `{name}`"))
+    rows = (line for line in TEXT.splitlines() if line.startswith("| `"))
+    return next(row for row in rows if f"`{name}`" in row.split("|")[1])
 
 
 @pytest.mark.parametrize("path", sorted(env_dir().glob("*.yaml")), ids=lambda path: path.stem)
