@@ -17,8 +17,7 @@ from curionav_cli.config.sources import conf_dir, opened
 from curionav_cli.errors import RunFolderError
 
 LARGE = ("explorers", "apartments", "comparison")  # experiments of a hundred runs
-OPTIONS = [pytest.param(path.parent.name, path.stem, marks=[pytest.mark.slow] * (path.stem in LARGE))
-           for path in sorted(conf_dir().glob("*/*.yaml"))]
+OPTIONS = sorted((path.parent.name, path.stem) for path in conf_dir().glob("*/*.yaml"))
 
 
 def composed(*words: str) -> schema.Config:
@@ -28,7 +27,8 @@ def composed(*words: str) -> schema.Config:
     return seen[0]
 
 
-@pytest.mark.parametrize(("group", "option"), OPTIONS)
+@pytest.mark.parametrize(("group", "option"), [
+    pytest.param(*option, marks=[pytest.mark.slow] * (option[1] in LARGE)) for option in OPTIONS])
 def test_every_option_is_shown(cli: Cli, group: str, option: str) -> None:
     words = [f"{group}={option}"] + (["env.map=any.yaml"] if option == "map" else [])
     answer = cli("explore", "--cfg", "job", *words, "seed=0")  # one seed of an experiment's sweep
