@@ -118,7 +118,7 @@ def scanned(bag: Bag, source: Source, image: str, left_out: Counter[str]) -> tup
 
 
 def clock(bag: Bag, *topics: str):
-    """How the time of a message is told: by its header; by its recording where a topic's headers have no time."""
+    """The time of a message: of its header; of its recording where a topic's headers have no time."""
     first = [next(bag.messages(topic), None) for topic in topics]
     by_header = all(one is None or stamp_of(one.message) > 0.0 for one in first)
 

@@ -54,7 +54,7 @@ class Trackio(Local):
 
 
 def keep_in(folder: Path) -> None:
-    """Let trackio keep its files in `folder`; it decides where when it is imported, so a loaded one is told."""
+    """Let trackio keep its files in `folder`; it reads where at its import, so one that is loaded is set too."""
     os.environ["TRACKIO_DIR"] = str(folder)
     folder.mkdir(parents=True, exist_ok=True)
     import trackio.sqlite_storage

@@ -28,7 +28,7 @@ class Tracer:
 
     def __init__(self, mesh: Mesh):
         self._scene = _embree_scene()
-        self._tree = _triangles()(self._scene, mesh.vertices, mesh.faces)  # the scene reads it as long as it lives
+        self._tree = _triangles()(self._scene, mesh.vertices, mesh.faces)  # kept: the scene goes on reading it
 
     def cast(self, origins: np.ndarray, directions: np.ndarray) -> Hits:
         """The nearest hits of rays; origins, directions (N, 3) float32."""
