@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from contextlib import nullcontext
 from pathlib import Path
 
 import pytest
@@ -13,8 +14,12 @@ from curionav_cli.app import main
 
 
 @pytest.fixture
-def cli(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> Cli:
-    """cli("explore", "seed=1") -> exit code, stdout, stderr; relative paths lead into tmp_path."""
+def cli(request: pytest.FixtureRequest, tmp_path: Path, monkeypatch: pytest.MonkeyPatch,
+        capsys: pytest.CaptureFixture[str]) -> Iterator[Cli]:
+    """cli("explore", "seed=1") -> exit code, stdout, stderr; relative paths lead into tmp_path.
+
+    Figures are files without a picture, unless the test uses `painted`.
+    """
     monkeypatch.chdir(tmp_path)
 
     def call(*words: str) -> Answer:
@@ -24,7 +29,13 @@ def cli(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureF
         seen = capsys.readouterr()
         return Answer(int(stop.value.code or 0), seen.out, seen.err)
 
-    return call
+    with nullcontext() if "painted" in request.fixturenames else unpainted():
+        yield call
+
+
+@pytest.fixture
+def painted() -> None:
+    """For tests that look at the figures of `cli`."""
 
 
 @pytest.fixture

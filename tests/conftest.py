@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import os
 
 import pytest
@@ -9,7 +10,14 @@ import pytest
 os.environ.setdefault("OMP_NUM_THREADS", "1")
 os.environ.setdefault("OMP_WAIT_POLICY", "PASSIVE")
 
-pytest_plugins = ["browsing", "commandline", "sample_records", "servers", "warm"]
+pytest_plugins = ["browsing", "commandline", "composing", "sample_records", "servers", "warm"]
+
+
+def pytest_collection_finish() -> None:
+    """Take what all tests imported out of the garbage collector's rounds; OmegaConf's many objects begin one often."""
+    gc.collect()
+    gc.freeze()
+    gc.set_threshold(20_000, 20, 20)
 
 
 @pytest.fixture(autouse=True)

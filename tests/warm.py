@@ -17,6 +17,8 @@ import pytest
 class Warm:
     """warm("explore", "seed=1") -> return code, stdout, stderr of `curionav explore seed=1`, as subprocess.run gives.
 
+    Figures are files without a picture.
+
     program: Python to run in place of the command line, with the words as its arguments.
     """
 

@@ -12,6 +12,8 @@ import sys
 import traceback
 from typing import Any
 
+from paint import unpainted
+
 import curionav_cli.agents.lbs_dreamer.agent
 import curionav_cli.agents.lbs_dreamer.open_loop
 import curionav_cli.commands.dock
@@ -33,10 +35,11 @@ def child(order: dict[str, Any]) -> int:
         os.dup2(os.open(path, os.O_CREAT | os.O_WRONLY | os.O_TRUNC), number)
     sys.argv = ["-c" if order["program"] else "curionav", *order["words"]]
     try:
-        if order["program"]:
-            exec(compile(order["program"], "<program>", "exec"), {"__name__": "__main__"})
-        else:
-            app.main()
+        with unpainted():
+            if order["program"]:
+                exec(compile(order["program"], "<program>", "exec"), {"__name__": "__main__"})
+            else:
+                app.main()
         code = 0
     except SystemExit as stop:
         code = int(stop.code or 0)

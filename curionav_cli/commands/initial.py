@@ -11,13 +11,11 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-import yaml
-
 from curionav_cli import build
 from curionav_cli.config.compose import composed
 from curionav_cli.config.paths import quoted
 from curionav_cli.config.schema import Config, Learner
-from curionav_cli.config.settings import settings_yaml
+from curionav_cli.config.settings import plain_settings
 from curionav_cli.errors import ConfigError
 from curionav_cli.execution.launch import Request
 from curionav_cli.execution.trained import take_weights, trained_in
@@ -93,15 +91,11 @@ def as_words(request: Request, settings: Config, groups: Sequence[str]) -> list[
     """
     groups = ["agent", *groups]
     words = [f"scale={settings.scale.value}", *(f"{group}={getattr(settings, group).name}" for group in groups)]
-    recorded, files = plain(settings), plain(composed("evaluate", *words, config_dirs=request.config_dirs))
+    recorded = plain_settings(settings)
+    files = plain_settings(composed("evaluate", *words, config_dirs=request.config_dirs))
     held = {key: value for group in groups for key, value in leaves(files[group], group).items()}
     return words + [f"{'' if key in held else '+'}{key}={value}" for group in groups
                     for key, value in leaves(recorded[group], group).items() if value != held.get(key)]
-
-
-def plain(settings: Config) -> dict[str, Any]:
-    """Nested dictionaries of plain values."""
-    return yaml.safe_load(settings_yaml(settings))
 
 
 def leaves(settings: dict[str, Any], prefix: str) -> dict[str, str]:

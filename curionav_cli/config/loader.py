@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from copy import copy, deepcopy
+import pickle
+from copy import copy
 from typing import Any
 
 from hydra._internal.config_loader_impl import ConfigLoaderImpl
@@ -27,7 +28,7 @@ class Loader(ConfigLoaderImpl):
     def __init__(self, *words: Any, **named: Any):
         super().__init__(*words, **named)
         self.repository = Repository(self.config_search_path)
-        self.composed: dict[tuple[Any, ...], DictConfig] = {}
+        self.composed: dict[tuple[Any, ...], bytes] = {}  # pickles, quicker to copy
 
     def load_configuration(self, config_name: str | None, overrides: list[str], run_mode: RunMode,
                            from_shell: bool = True, validate_sweep_overrides: bool = True) -> DictConfig:
@@ -36,13 +37,14 @@ class Loader(ConfigLoaderImpl):
         if key not in self.composed:
             self.keep(key, super().load_configuration(
                 config_name, overrides, run_mode, from_shell, validate_sweep_overrides))
-        return deepcopy(self.composed[key])
+        config: DictConfig = pickle.loads(self.composed[key])
+        return config
 
     def keep(self, key: tuple[Any, ...], config: DictConfig) -> None:
         """Keep a composition, in place of the oldest one."""
         if len(self.composed) == KEPT:
             del self.composed[next(iter(self.composed))]
-        self.composed[key] = config
+        self.composed[key] = pickle.dumps(config)
 
     def pin(self, name: str, overrides: list[str], mode: RunMode, pinned: str) -> None:
         """Derive what `overrides` and then `pinned`, an override of a key of Hydra's own, compose to, for later."""

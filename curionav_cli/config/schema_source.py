@@ -6,7 +6,7 @@ copies them for each composition, which took a third of a second.
 
 from __future__ import annotations
 
-from copy import deepcopy
+import pickle
 from dataclasses import fields, is_dataclass
 from functools import cache
 from typing import get_type_hints
@@ -82,7 +82,14 @@ def below(group: str) -> list[str]:
 
 def writable(node: type) -> DictConfig:
     """A frozen dataclass as a config node that YAML and the command line may change."""
-    return deepcopy(converted(node))
+    config: DictConfig = pickle.loads(pickled(node))
+    return config
+
+
+@cache
+def pickled(node: type) -> bytes:
+    """The bytes of a dataclass's config node, which are quicker to copy than the node."""
+    return pickle.dumps(converted(node))
 
 
 @cache

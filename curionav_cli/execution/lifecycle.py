@@ -7,11 +7,9 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, Protocol
 
-import yaml
-
 from curionav_cli.agents.agent import Agent
 from curionav_cli.config.schema import Config
-from curionav_cli.config.settings import settings_yaml
+from curionav_cli.config.settings import plain_settings, settings_yaml
 from curionav_cli.errors import RunFolderError
 from curionav_cli.execution import precision
 from curionav_cli.execution.interrupts import ended, stoppable
@@ -118,7 +116,7 @@ def continue_run(task: Task, agent: Agent, saved: tuple[int, Path] | None) -> No
 
 def fixed_settings(settings: Config, plan: FloorPlan, loop: Sequence[str] = ()) -> dict[str, Any]:
     """The settings that may not change when a run is resumed. Files may move: their content is compared."""
-    plain = yaml.safe_load(settings_yaml(settings))
+    plain = plain_settings(settings)
     fixed = {key: plain[key] for key in ("env", "agent", "robot", "seed")}
     fixed["env"] = {key: value for key, value in plain["env"].items() if key not in FILES}
     fixed["robot"] = {key: value for key, value in plain["robot"].items() if key not in LINK}

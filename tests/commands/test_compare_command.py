@@ -72,6 +72,7 @@ def rows(path: Path) -> list[dict[str, str]]:
     return list(csv.DictReader(path.read_text().splitlines()))
 
 
+@pytest.mark.usefixtures("painted")
 def test_a_sweep_becomes_figures_and_tables_and_the_same_again(cli: Cli, a_sweep: Path, tmp_path: Path) -> None:
     answer = cli("compare", "sweep", "out=one", "baseline=random", "at=20")
     assert answer.code == 0, answer.error

@@ -32,6 +32,7 @@ def a_run(explored: Path, tmp_path: Path) -> Path:
     return Path(shutil.copytree(explored, tmp_path / "run"))
 
 
+@pytest.mark.usefixtures("painted")
 def test_every_rule_and_denominator_has_a_row_and_pictures(cli: Cli, a_run: Path) -> None:
     answer = cli("coverage", "run")
     assert answer.code == 0, answer.error
@@ -57,6 +58,7 @@ def test_one_rule_can_be_asked_for(cli: Cli, a_run: Path) -> None:
         "coverage_swept_floor.png", "heatmap_swept_floor.png"]
 
 
+@pytest.mark.usefixtures("painted")
 def test_episodes_are_drawn_and_filmed_into_a_folder_of_their_own(cli: Cli, a_run: Path, tmp_path: Path) -> None:
     before = sorted(a_run.rglob("*"))
     words = ("coverage", "run", "marking=landing", "denominator=visitable", "episodes=1", "film=last")

@@ -34,6 +34,7 @@ app.main()
 """
 
 
+@pytest.mark.usefixtures("painted")
 def test_the_table_counts_every_request(cli: Cli, tmp_path: Path) -> None:
     answer = cli(*SMALL, "dock.requests=3", "hydra.run.dir=run")
     assert answer.code == 0, answer.error

@@ -19,6 +19,7 @@ unseen = pytest.mark.usefixtures("blank_figures")
 SHORT = ("env=small_room", "loop.steps=30", "loop.episodes=3")
 
 
+@pytest.mark.usefixtures("painted")
 def test_a_sweep_ends_with_one_table_over_all_runs(cli: Cli, tmp_path: Path) -> None:
     answer = cli("explore", "-m", *SHORT, "agent=random,bounce", "seed=0,1", "hydra.sweep.dir=sweep")
     assert answer.code == 0, answer.error

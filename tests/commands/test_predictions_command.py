@@ -17,6 +17,7 @@ from curionav_cli.results.runs import Run
 FIGURES = ("predictions.png", "prediction_error.png")
 
 
+@pytest.mark.usefixtures("painted")
 def test_a_learner_s_runs_are_drawn_alone_and_over_seeds(cli: Cli, tmp_path: Path) -> None:
     for seed in (0, 1):
         words = [word for word in LEARNER if not word.startswith("loop.episodes")]
@@ -47,6 +48,7 @@ def test_a_broken_prediction_is_named_and_nothing_hangs_on_it(cli: Cli, tmp_path
         assert cli("resume", "run", "loop.episodes=5").code == 0
 
 
+@pytest.mark.usefixtures("painted")
 @pytest.mark.slow  # six runs
 def test_environments_stand_under_each_other_in_one_figure(cli: Cli, tmp_path: Path) -> None:
     short = [word for word in LEARNER if not word.startswith(("loop.episodes", "loop.iterations"))]

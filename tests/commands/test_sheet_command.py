@@ -9,12 +9,15 @@ from pathlib import Path
 
 import cv2
 import numpy as np
+import pytest
 import yaml
 from entry import Cli
 from matplotlib.colors import to_rgb
 
 from curionav_cli.results.floor_plans import KINDS, REACHED, SOLID, UNKNOWN
 from curionav_cli.world.contact_sheet import MIST
+
+pytestmark = pytest.mark.usefixtures("painted")
 
 
 def test_a_sheet_is_drawn_and_counts_cells(cli: Cli, tmp_path: Path) -> None:
