@@ -19,7 +19,7 @@ from omegaconf import DictConfig, OmegaConf, flag_override
 
 from curionav_cli.bounds import Range, noted
 from curionav_cli.commands.settings_help import brief
-from curionav_cli.config.catalogue import HIDDEN, leaves
+from curionav_cli.config.catalogue import HIDDEN, hidden_keys, leaves
 from curionav_cli.config.settings import as_settings
 from curionav_cli.config.sources import MAIN, opened
 from curionav_cli.config.suggestions import in_words, owner_of, type_of
@@ -76,9 +76,9 @@ def compositions() -> list[tuple[tuple[str, ...], dict[str, Setting]]]:
 
 def composed(config: DictConfig) -> dict[str, Setting]:
     """Every setting of a composed configuration, by its key."""
-    ranges = checked(config)
+    ranges, hidden = checked(config), hidden_keys(config)
     return {key: Setting(key, kind(config, key, value), value, range_of(key, ranges), isinstance(value, list))
-            for key, value in flat(config)}
+            for key, value in flat(config) if key not in hidden}
 
 
 def settings(word: str, paper: bool = False) -> dict[str, Setting]:

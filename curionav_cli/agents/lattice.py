@@ -5,6 +5,8 @@ A pose is a cell and one of 36 headings; of the poses that share both, the first
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from curionav_cli.constants import FORWARD, HEADINGS, LEFT, RIGHT, STEP_LENGTH
@@ -16,6 +18,7 @@ EXACT = 1e-9  # radians
 class Lattice:
     """free, goal: (rows, columns) bool, cells of `cell` metres whose row 0, column 0 begins at (0, 0).
 
+    further: (rows, columns), actions by which a cell of goal counts as further away than it is; 0 without it.
     turned: radians by which all headings differ from multiples of ten degrees, as those of a robot that drifts.
     reached: cells that the last search looked at, if it found nothing. seen: (rows * columns * HEADINGS,) bool, all
     false, which a caller keeps for the next search; a fresh one costs a millisecond.
@@ -24,8 +27,9 @@ class Lattice:
     reached = 0
 
     def __init__(self, free: np.ndarray, goal: np.ndarray, cell: float, turned: float = 0.0,
-                 seen: np.ndarray | None = None):
+                 seen: np.ndarray | None = None, further: np.ndarray | None = None):
         self.free, self.goal, self.cell = free, goal, cell
+        self.further = np.zeros(goal.shape, np.int16) if further is None else further
         self.seen = np.zeros(free.size * HEADINGS, bool) if seen is None else seen
         exact = abs(turned) < EXACT
         self.cosine: np.ndarray = COS if exact else np.cos(YAW + turned)
@@ -41,7 +45,8 @@ class Lattice:
         return free_share(self.free, self.cell, x, y, dx, dy)
 
     def search(self, x: float, y: float, heading: int) -> list[int]:
-        """The shortest list of actions that ends on a cell of `goal` other than by staying; [] if there is none.
+        """The shortest list of actions, with what `further` adds to it, that ends on a cell of `goal` other than by
+        staying; [] if there is none.
 
         A wave of poses (columns x, y, heading) grows by all three actions at once.
         """
@@ -57,7 +62,8 @@ class Lattice:
     def _spread(self, pose: np.ndarray, looked: list[np.ndarray]) -> list[int]:
         """The search from one pose (1, 3); adds the places of every wave to `looked`."""
         waves: list[tuple[np.ndarray, np.ndarray]] = []  # (action, parent's row in the wave before)
-        while len(pose):
+        best = (math.inf, 0, 0)
+        while len(pose) and len(waves) < best[0]:
             pose, action, parent = self.grow(pose, self.seen)
             place = self.places(pose)
             fresh = np.flatnonzero(~self.seen[place])
@@ -66,10 +72,17 @@ class Lattice:
             self.seen[place[first]] = True
             looked.append(place[first])
             waves.append((action[first], parent[first]))
-            pose, new = pose[first], np.flatnonzero(self.goal.flat[place[first] // HEADINGS])
-            if len(new):
-                return trace(waves, int(new[0]))
-        return []
+            pose, best = pose[first], min(best, self._nearest(place[first] // HEADINGS, len(waves)))
+        return trace(waves[:best[1]], best[2])
+
+    def _nearest(self, cell: np.ndarray, wave: int) -> tuple[float, int, int]:
+        """Of the cells (n,) of a wave the best goal: (actions with what is added, wave, row); infinite without one."""
+        new = np.flatnonzero(self.goal.flat[cell])
+        if not len(new):
+            return math.inf, 0, 0
+        cost = wave + self.further.flat[cell[new]]
+        row = int(cost.argmin())
+        return float(cost[row]), wave, int(new[row])
 
     def places(self, pose: np.ndarray) -> np.ndarray:
         """One number for the cell and heading of each pose; poses outside are clipped to the border."""

@@ -7,7 +7,7 @@ quick.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import asdict
+from dataclasses import asdict, fields
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from curionav_cli.agents import cbet, curious_mapper, lbs_dreamer, mapper, sb3, settings
@@ -78,3 +78,14 @@ AGENTS: dict[str, Registered] = {
     "cbet_lifelong": Registered(CBETLifelong, cbet.make, cbet.privileged),
     "sb3": Registered(SB3, sb3.make, missing=sb3.missing),
 }
+
+
+def unread(settings: type | None) -> frozenset[str]:
+    """The settings that an agent shares with another and does not read itself: its UNREAD."""
+    return getattr(settings, "UNREAD", frozenset())
+
+
+def readers(name: str) -> list[str]:
+    """The agents that read a setting of this name."""
+    return [agent for agent, one in AGENTS.items()
+            if name in {field.name for field in fields(one.settings)} - unread(one.settings)]

@@ -13,7 +13,7 @@ from hydra.errors import HydraException
 from hydra.types import RunMode
 from omegaconf import DictConfig, OmegaConf
 
-from curionav_cli.agents.registry import AGENTS
+from curionav_cli.agents.registry import AGENTS, unread
 from curionav_cli.config.sources import MAIN
 
 HIDDEN = ("hydra", "schema")
@@ -65,11 +65,18 @@ def composed(hydra: Hydra, overrides: list[str]) -> DictConfig:
 def flat(config: DictConfig, words: bool = True) -> Iterator[tuple[str, Any]]:
     """Yield keys and values as YAML shows them: ('loop.steps', 500), ...; lists and empty dictionaries are values.
 
-    words: members of an enumeration as their names.
+    What the chosen agent does not read is left out. words: members of an enumeration as their names.
     """
     container = OmegaConf.to_container(config, enum_to_str=words)
     assert isinstance(container, dict)
-    yield from leaves({key: value for key, value in container.items() if key not in HIDDEN}, "")
+    hidden = hidden_keys(config)
+    shown = leaves({key: value for key, value in container.items() if key not in HIDDEN}, "")
+    yield from ((key, value) for key, value in shown if key not in hidden)
+
+
+def hidden_keys(config: DictConfig) -> set[str]:
+    """The settings that the chosen agent does not read: agent.entropy, ..."""
+    return {f"agent.{name}" for name in unread(OmegaConf.get_type(config, "agent"))} if "agent" in config else set()
 
 
 def hydra_keys(config: DictConfig) -> list[str]:

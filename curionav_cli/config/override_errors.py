@@ -23,6 +23,7 @@ from hydra.errors import HydraException, MissingConfigException, OverrideParseEx
 from omegaconf import DictConfig, OmegaConf
 from omegaconf.errors import OmegaConfBaseException
 
+from curionav_cli.agents.registry import unread
 from curionav_cli.config import catalogue
 from curionav_cli.config.paths import as_text
 from curionav_cli.config.suggestions import (
@@ -200,12 +201,15 @@ class OverrideErrors:
         raise ConfigError(where + "\n".join(str(inner or error).splitlines()[:2])) from error
 
     def refuse_unread(self, config: DictConfig) -> None:
-        """Refuse +key=1 for a key that no schema has. Raises ConfigError."""
+        """Refuse what the agent does not read, and +key=1 for a key that no schema has. Raises ConfigError."""
         for override in self.values_of(self.words):
-            if not (override.is_add() or override.is_force_add()):
-                continue
             parent, _, leaf = override.key_or_group.rpartition(".")
             owner = owner_of(config, parent)
+            if leaf in unread(owner):
+                raise ConfigError(f"agent={config.agent.name} does not read {parent}.{leaf}."
+                                  + of_agents(override.key_or_group))
+            if not (override.is_add() or override.is_force_add()):
+                continue
             if is_dataclass(owner) and leaf not in {field.name for field in fields(owner)}:
                 known = [key for key, _ in catalogue.flat(config) if key != override.key_or_group]
                 guess = self.guess(override.key_or_group, known)

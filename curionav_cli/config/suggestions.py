@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import fields, is_dataclass
+from dataclasses import is_dataclass
 from difflib import get_close_matches
 from enum import Enum
 from types import NoneType, UnionType
@@ -12,7 +12,7 @@ from typing import Any, Union, get_args, get_origin, get_type_hints
 from omegaconf import DictConfig, ListConfig, OmegaConf
 from omegaconf.errors import OmegaConfBaseException
 
-from curionav_cli.agents.registry import AGENTS
+from curionav_cli.agents.registry import readers
 
 NAMES = {
     int: "a whole number", float: "a number", bool: "true or false", str: "text",
@@ -42,9 +42,9 @@ def near_options(choice: str, options: list[str]) -> list[str]:
 
 
 def of_agents(key: str) -> str:
-    """A sentence that names the agents which have this setting; nothing where none has it."""
+    """A sentence that names the agents which read this setting; nothing where none does."""
     group, _, name = key.partition(".")
-    owners = [agent for agent, one in AGENTS.items() if name in {field.name for field in fields(one.settings)}]
+    owners = readers(name)
     return f" It is a setting of agent={', agent='.join(owners)}." if group == "agent" and owners else ""
 
 

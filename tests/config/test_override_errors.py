@@ -44,7 +44,7 @@ TYPED = {
     "hydra.run.foo=3": ["The settings have no key hydra.run.foo."],
     "agent=lbs": ["There is no lbs in the group agent. Did you mean lbs_dreamer?"],
     "agent=cbet agent.options=seven": ["The settings have no key agent.options. It is a setting of "
-                                       "agent=random, agent=curious_mapper, agent=lbs_dreamer."],
+                                       "agent=random, agent=lbs_dreamer."],
     "agent=random agent.kl_balance=1": ["The settings have no key agent.kl_balance. It is a setting of "
                                         "agent=curious_mapper, agent=lbs_dreamer."],
     "scale=huge": ["There is no huge in the group scale.", "scale has: cpu, paper."],

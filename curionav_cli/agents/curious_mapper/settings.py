@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from enum import Enum
+from typing import ClassVar
 
 from curionav_cli.agents.lbs_dreamer.settings import BehaviourKind, Curiosity, LBSDreamer
 from curionav_cli.bounds import bounded
@@ -22,10 +23,14 @@ class Surprise(Enum):
 class CuriousMapper(LBSDreamer):
     """Drives on a map of its own to where its world model is expected to be surprised; no privileges.
 
-    The world model and its settings are those of lbs_dreamer. There is no actor and no critic: their settings have no
-    effect.
+    The world model and its settings are those of lbs_dreamer. There is no actor and no critic: their settings, which
+    the presets of a scale hold, are neither offered nor taken.
     """
 
+    UNREAD: ClassVar[frozenset[str]] = frozenset((
+        "curiosity", "slow_critic_interval", "horizon", "gamma", "return_lambda", "actor_lr", "critic_lr", "entropy",
+        "options", "action_repeat", "behaviour", "plan_depth", "plan_samples", "plan_temperature",
+        "behaviour_interval", "imagination_starts", "reward_momentum", "reward_centring"))
     surprise: Surprise
     reach: float  # metres of a view that are entered into the map of obstacles
     sight: float  # metres of a view to which its surprise is ascribed

@@ -28,6 +28,7 @@ from curionav_cli.world.motion import YAW
 
 STUCK = 3  # cancelled moves in a row, after which it moves at random
 SHUT_IN = 0.5  # of the cells that it visited; a search that reaches fewer says that the map is wrong around it
+AGAIN = 5  # actions by which a goal counts as further away for each episode that ended with its cell blocked
 PATIENCE = 50  # searches until it looks for a goal again, once there was none
 
 
@@ -88,10 +89,11 @@ class Mapper(Agent):
         return self.way[0] != FORWARD or self._lattice(pose, self.memory.visited).clear(*self._at(pose))
 
     def _search(self, pose: Pose) -> list[int]:
-        """The fewest actions to a goal; [] where nothing at all is left."""
+        """The fewest actions to a goal, of which those that were blocked before count as further away; [] where nothing
+        at all is left."""
         self.wait -= 1
         if self.wait <= 0:
-            lattice = self._lattice(pose, GOALS[self.goal](self.memory, pose.x, pose.y))
+            lattice = self._lattice(pose, GOALS[self.goal](self.memory, pose.x, pose.y), AGAIN * self.memory.blocked)
             way = lattice.search(*self._at(pose))
             if way:
                 return way
@@ -105,12 +107,12 @@ class Mapper(Agent):
         else:
             self.explored, self.wait = self.explored or self.steps, PATIENCE
 
-    def _lattice(self, pose: Pose, goal: np.ndarray) -> Lattice:
+    def _lattice(self, pose: Pose, goal: np.ndarray, further: np.ndarray | None = None) -> Lattice:
         """The search grid; its headings are turned by what the estimated yaw is off multiples of ten degrees."""
         turned = pose.yaw - YAW[self._heading(pose)]
         if len(self._seen) != goal.size * HEADINGS:
             self._seen = np.zeros(goal.size * HEADINGS, bool)
-        return Lattice(self.memory.free, goal, self.memory.cell, turned, self._seen)
+        return Lattice(self.memory.free, goal, self.memory.cell, turned, self._seen, further)
 
     def _at(self, pose: Pose) -> tuple[float, float, int]:
         """The pose on the map's grid."""

@@ -26,7 +26,7 @@ class Memory:
     """Occupancy and visits on one grid, (rows, columns) bool each.
 
     visited: cells landed on, ever; today: in this episode; passed: cells that a move went through; closed: cells that
-    stopped a move.
+    stopped a move. blocked: (rows, columns) int16, how many episodes ended with the cell not free.
     cell, reach, radius in metres: of the grid, of what is entered of a view, of the robot.
     """
 
@@ -34,14 +34,15 @@ class Memory:
     today: np.ndarray
     passed: np.ndarray
     closed: np.ndarray
+    blocked: np.ndarray
 
-    GRIDS: tuple[str, ...] = ("visited", "today", "passed", "closed")
+    GRIDS: tuple[str, ...] = ("visited", "today", "passed", "closed", "blocked")
     SAVED: tuple[str, ...] = (*Occupancy.SAVED, *GRIDS, "point")
 
     def __init__(self, cell: float, reach: float, radius: float):
         self.map, self.radius = Occupancy(cell, reach), radius
         for name in self.GRIDS:
-            setattr(self, name, np.zeros(self.map.odds.shape, bool))
+            setattr(self, name, np.zeros(self.map.odds.shape, np.int16 if name == "blocked" else bool))
         self.clearance = Clearance(self.map.odds.shape, cell, radius)
         self._corner = self.map.corner
         self._free: np.ndarray | None = None
@@ -53,7 +54,10 @@ class Memory:
         return self.map.cell
 
     def begin(self) -> None:
-        """An episode begins: things may have moved, so obstacles fade, and the next view counts."""
+        """An episode begins: things may have moved, so obstacles fade, and the next view counts. Twice in a row changes
+        nothing more."""
+        if self.today.any():
+            self.blocked += ~self.free
         self.today[:] = False
         np.minimum(self.map.odds, np.float32(FADED), out=self.map.odds)
         self._entered = (math.inf, math.inf, 0.0)

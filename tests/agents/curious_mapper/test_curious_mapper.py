@@ -161,15 +161,26 @@ def test_it_predicts_for_the_figures(env: NavigationEnv) -> None:
 
 
 @pytest.mark.parametrize(("word", "said"), [
-    ("agent.action_repeat=4", "agent.action_repeat: 4 is not 1; a way is planned action by action"),
+    ("agent.entropy=0.3", "agent=curious_mapper does not read agent.entropy. It is a setting of agent=lbs_dreamer,"),
     ("agent.surprise=loud", "agent.surprise"),
-    ("agent.curiosity=lbs", "agent.curiosity: lbs is not none"),
     ("agent.sequence_length=99", "agent.sequence_length=99 does not fit into an episode of 12 steps"),
 ])
 def test_wrong_use_is_answered_in_a_line(cli: Cli, word: str, said: str) -> None:
     refused = cli("explore", *WORDS, word)
     assert refused.code == 2 and said in refused.error
     assert len(refused.error.strip().splitlines()) <= 2 and not re.search("Traceback", refused.error)
+
+
+@pytest.mark.parametrize(("key", "value"), [("action_repeat", 4), ("curiosity", "lbs"), ("behaviour", "plan")])
+def test_a_file_cannot_set_what_it_does_not_read(key: str, value: object) -> None:
+    with pytest.raises(Exception, match=rf"agent\.{key}.*"):
+        settings(**{key: value})
+
+
+def test_what_it_does_not_read_is_not_offered(cli: Cli) -> None:
+    shown = cli("explore", "--help", "agent=curious_mapper").out
+    assert "agent.optimism" in shown and "agent.model_lr" in shown
+    assert not re.search(r"agent\.(entropy|horizon|plan_depth|behaviour|curiosity) ", shown)
 
 
 @pytest.mark.parametrize(("key", "value", "limits"), [

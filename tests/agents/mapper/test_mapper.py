@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 import curionav_cli
+from curionav_cli.agents.lattice import Lattice
 from curionav_cli.agents.mapper.agent import Mapper
 from curionav_cli.agents.mapper.goals import GOALS, frontiers
 from curionav_cli.agents.mapper.memory import Memory
@@ -163,6 +164,29 @@ def test_obstacles_fade_when_an_episode_begins() -> None:
     for step in range(2):
         memory.see(Pose(-0.3 * (step % 2), 0.05, 0.0), floor, 0.0)
     assert memory.free[memory.map.cells(2.05, 0.05)]
+
+
+def test_a_goal_that_was_blocked_before_counts_as_further_away() -> None:
+    """Two cells to go to, one 2 and one 6 moves ahead: the near one is chosen, until it was blocked often enough."""
+    free, goal, further = np.ones((3, 40), bool), np.zeros((3, 40), bool), np.zeros((3, 40), np.int16)
+    goal[1, [7, 17]] = True
+    lengths = []
+    for blocked in (0, 3, 5):
+        further[1, 7] = blocked
+        lengths.append(len(Lattice(free, goal, 0.1, further=further).search(0.25, 0.15, 0)))
+    assert lengths == [2, 2, 6]
+    goal[1, 17] = False
+    assert len(Lattice(free, goal, 0.1, further=further).search(0.25, 0.15, 0)) == 2, "nothing else is left"
+
+
+def test_it_counts_the_episodes_that_ended_with_a_cell_blocked() -> None:
+    memory = looked_around(2.0)
+    memory.cancelled(0.05, 0.05, 0.0)
+    memory.land(0.05, 0.05, (0.05, 0.05))
+    shut = ~memory.free
+    for _ in range(2):
+        memory.begin()
+    assert shut.any() and (memory.blocked == shut).all(), "an episode in which nothing was done counts for nothing"
 
 
 def test_a_robot_that_is_shut_in_looks_again() -> None:
