@@ -35,7 +35,7 @@ def test_runs_are_seen_waiting_running_and_done(tmp_path: Path) -> None:
             until(lambda: state() == "2 runs: 1 done, 1 waiting", "the first run is not done", 300)
             (tmp_path / "slurm" / "free").touch()
             until(lambda: state() == "2 runs: 2 done", "the second run is not done", 300)
-            out, error = sent.communicate(timeout=300)
+            _, error = sent.communicate(timeout=300)
         finally:
             sent.kill()
     assert sent.returncode == 0, error
