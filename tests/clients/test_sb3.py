@@ -111,13 +111,10 @@ def test_an_evaluation_comes_to_an_end(made) -> None:
 @pytest.mark.parametrize("algorithm", TRAINERS)
 @pytest.mark.parametrize("name", SCENES)
 def test_2048_steps_in_every_world(world, made, name: str, algorithm: str, arranged: str) -> None:
-    """Their own settings and networks but for one epoch: four episodes of 500 steps, and weights that have changed."""
-    stable_baselines3, sb3_contrib = pytest.importorskip("stable_baselines3"), pytest.importorskip("sb3_contrib")
-    maker, policy = {"PPO": (stable_baselines3.PPO, "MultiInputPolicy"),
-                     "RecurrentPPO": (sb3_contrib.RecurrentPPO, "MultiInputLstmPolicy")}[algorithm]
+    """Four episodes of 500 steps, an update after each 512 steps of a world, and an actor that has changed."""
     env = many_worlds(world(name, reward="coverage"), arranged) if arranged != "single" else \
         made(name, reward="coverage")
-    model = maker(policy, env, n_steps=512, n_epochs=1, seed=0, device="cpu")
+    model = trainer(algorithm, env, 512)
     before = {key: value.clone() for key, value in model.policy.state_dict().items()}
     model.learn(2048)
     ends = [(info["l"], info["r"] > 1) for info in model.ep_info_buffer]

@@ -69,6 +69,7 @@ def test_several_runs_are_a_sweep_that_compare_reads_and_resume_continues(cli: C
 
 
 @pytest.mark.slow
+@pytest.mark.timeout(1200)
 def test_worlds_seeds_and_a_robot_that_docks_are_one_table(cli: Cli, runs: Path, tmp_path: Path) -> None:
     """Each run has two episodes, and one return to dock between them, successful or not."""
     answer = cli("evaluate", "-m", f"{runs}/trained", "env=small_room,apartment_1", "seed=0,1", "robot=turtlebot2i",
