@@ -209,7 +209,7 @@ TIANSHOU = tianshou sensai-utils pettingzoo deepdiff ordered-set overrides panda
 clients: $(READY)
 	.venv/bin/pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[dev,clients]'
 	.venv/bin/pip install --quiet --disable-pip-version-check -c constraints.txt --no-deps $(TIANSHOU)
-	.venv/bin/python -m pytest -q -m clients tests/clients tests/agents/sb3
+	.venv/bin/python -m pytest -q -m 'clients and not slow' tests/clients tests/agents/sb3
 
 # trackio needs an older pillow, so that its tests run in an environment of its own, which borrows the rest from .venv.
 TRACKERS = .trackers

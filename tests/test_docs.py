@@ -193,14 +193,19 @@ READS_RUNS = ("compare", "coverage", "paper", "map", "runs", "evaluate")
 @pytest.fixture
 def beside(typed: Cli, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Cli:
     """The same beside a config directory, mine, with the files that pages put there; robots answer."""
-    shutil.copytree(init.STARTER, tmp_path / "mine")
-    for page in DOCS:
-        for name, text in CABIN.findall(page.read_text(encoding="utf-8")):
-            (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
-            (tmp_path / name).write_text(text, encoding="utf-8")
+    put_configs(tmp_path)
     monkeypatch.setattr(connect, "refuse_unreachable", lambda settings: None)
     monkeypatch.setattr(build, "world", lambda settings, make=build.world: a_world(settings, make))
     return typed
+
+
+def put_configs(folder: Path) -> None:
+    """Write the config directory mine, with the files that pages put there."""
+    shutil.copytree(init.STARTER, folder / "mine")
+    for page in DOCS:
+        for name, text in CABIN.findall(page.read_text(encoding="utf-8")):
+            (folder / name).parent.mkdir(parents=True, exist_ok=True)
+            (folder / name).write_text(text, encoding="utf-8")
 
 
 def a_world(settings: Config, make: Callable[[Config], World]) -> World:

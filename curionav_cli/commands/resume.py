@@ -26,6 +26,7 @@ from curionav_cli.files import read_json
 from curionav_cli.live.settings import LINK
 from curionav_cli.places import place
 from curionav_cli.remote.settings import Remote
+from curionav_cli.storage.older_runs import named_anew
 from curionav_cli.storage.run_folder import RunFolder
 
 # A run may be longer than planned, files may move, machines differ in memory, CUDA graphs may fail, and a probe only
@@ -113,7 +114,7 @@ def run_again(note: Path, folder: Path, changes: list[str], multirun: bool, fail
         raise RunFolderError(f"{note} does not hold the command ({error}). Restore it from a copy.") from error
     refuse_other_changes(command, changes, searched)
     keys = {change.partition("=")[0] for change in changes}
-    words = [word for word in overrides["task"] if word.partition("=")[0] not in keys]
+    words = [word for word in map(named_anew, overrides["task"]) if word.partition("=")[0] not in keys]
     kept = [word for word in overrides["hydra"] if word.partition("=")[0] not in {*PINNED, *keys}]
     request = Request(command, [*words, *changes, *kept, pin(folder, multirun)], multirun,
                       config_dirs=tuple(own), skip_failed=not failed)

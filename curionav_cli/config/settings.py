@@ -20,7 +20,7 @@ from curionav_cli.config.sources import MAIN, conf_dir
 from curionav_cli.config.suggestions import in_words, type_of
 from curionav_cli.errors import ConfigError, RunFolderError
 from curionav_cli.safe_yaml import refuse_bomb
-from curionav_cli.storage.older_runs import held
+from curionav_cli.storage.older_runs import RENAMED, held
 from curionav_cli.world.settings import Live, Scan
 
 
@@ -72,8 +72,8 @@ def read_settings(path: Path, changes: Sequence[str] = ()) -> Config:
         text = path.read_text()
         refuse_bomb(text)
         recorded = OmegaConf.create(yaml.safe_load(text))
-        if "weights" in recorded:  # the name of `init` in older evaluations
-            recorded.init = recorded.pop("weights")
+        for old in RENAMED.keys() & recorded.keys():
+            recorded[RENAMED[old]] = recorded.pop(old)
         node = writable(Config)
         node.merge_with(newer())
         agent = AGENTS[recorded.agent.name].settings

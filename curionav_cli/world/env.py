@@ -10,7 +10,7 @@ import gymnasium
 import numpy as np
 from gymnasium import spaces
 
-from curionav_cli.constants import ACTIONS, FORWARD, HEADINGS, IMAGE_SHAPE, LEFT, RIGHT
+from curionav_cli.constants import ACTIONS, FORWARD, HEADINGS, IMAGE_CHANNELS, IMAGE_SIDE, LEFT, RIGHT
 from curionav_cli.world import motion
 from curionav_cli.world.pictures import Pictures
 from curionav_cli.world.render.renderer import FAR, Renderer
@@ -28,16 +28,16 @@ def actions() -> spaces.Discrete:
     return spaces.Discrete(len(ACTIONS))
 
 
-def observations(kind: str = "dict") -> spaces.Dict | spaces.Box:
-    """A new observation space: image (64, 64, 3) uint8 alone, or a dict with it and depth (64, 64) float32 metres.
+def observations(kind: str = "dict", side: int = IMAGE_SIDE) -> spaces.Dict | spaces.Box:
+    """A new observation space: image (S, S, 3) uint8 alone, or a dict with it and depth (S, S) float32 metres.
 
     Raises ValueError for another kind.
     """
-    image = spaces.Box(0, 255, IMAGE_SHAPE, np.uint8)
+    image = spaces.Box(0, 255, (side, side, IMAGE_CHANNELS), np.uint8)
     if kind not in OBSERVATIONS:
         raise ValueError(f"observation must be one of {', '.join(OBSERVATIONS)}, not {kind!r}.")
     return image if kind == "image" else spaces.Dict({
-        "image": image, "depth": spaces.Box(0.0, FAR, IMAGE_SHAPE[:2], np.float32)})
+        "image": image, "depth": spaces.Box(0.0, FAR, (side, side), np.float32)})
 
 
 def seen(observation: Observation, kind: str) -> Any:
@@ -49,7 +49,7 @@ class NavigationEnv(gymnasium.Env[Any, Any]):
     """A Gymnasium environment of one scene. Actions: 0 forward 0.25 m, 1 left 10 degrees, 2 right 10 degrees.
 
     A step never ends the episode. It raises ValueError for another action, ResetNeeded before the first reset.
-    Observation: image (64, 64, 3) uint8 RGB, depth (64, 64) float32 metres along the optical axis, at most 10.
+    Observation: image (S, S, 3) uint8 RGB, depth (S, S) float32 metres along the optical axis, at most 10; S = side.
     Info, of one structure in every step: pose (3,) float64 x y yaw in metres and radians, collided () bool,
     episode_index int64. `events`, a tuple of dicts: what changed in the world before this episode (objects, light).
     `reset(seed=s)` starts run s at the scene's start (options={"episode": k}: at its k-th episode), a plain `reset()`
@@ -60,15 +60,15 @@ class NavigationEnv(gymnasium.Env[Any, Any]):
     metadata = METADATA
 
     def __init__(self, scene: Scene, render_mode: str | None = None, engine: str = "numpy", reward: str = "none",
-                 reset_mode: str = "restart", observation: str = "dict"):
+                 reset_mode: str = "restart", observation: str = "dict", side: int = IMAGE_SIDE):
         check_render_mode(render_mode, METADATA["render_modes"])
         self.scene = scene
         self.render_mode = render_mode
         self.observation = observation
-        self.action_space, self.observation_space = self.actions(), observations(observation)
+        self.action_space, self.observation_space = self.actions(), observations(observation, side)
         self.reward = Reward(reward)
         self.events: tuple[dict[str, Any], ...] = ()
-        self._renderer, self._pictures = Renderer(scene, engine), Pictures()
+        self._renderer, self._pictures = Renderer(scene, engine, side=side), Pictures(side=side)
         self.counter = EpisodeCounter(reset_mode)
 
     def actions(self) -> spaces.Space[Any]:
@@ -126,17 +126,17 @@ class NavigationEnv(gymnasium.Env[Any, Any]):
         return collided
 
     def render(self) -> np.ndarray:
-        """The camera image of the current pose, (64, 64, 3) uint8."""
+        """The camera image of the current pose, (S, S, 3) uint8."""
         self.counter.require()
         return self._observe()["image"]
 
     def look(self, x, y, yaw) -> Observation:
-        """Render other poses, (n,) each, yaw in radians: image (n, 64, 64, 3), depth (n, 64, 64). Nothing moves."""
+        """Render other poses, (n,) each, yaw in radians: image (n, S, S, 3), depth (n, S, S). Nothing moves."""
         image, depth = self._renderer.look(x, y, yaw)
         return {"image": image, "depth": depth}
 
     def panorama(self, views: int = 4) -> Observation:
-        """Render `views` directions all around, the first ahead: image (views, 64, 64, 3), depth (views, 64, 64)."""
+        """Render `views` directions all around, the first ahead: image (views, S, S, 3), depth (views, S, S)."""
         self.counter.require()
         image, depth = self._renderer.panorama(self._x, self._y, self._heading, views)
         return {"image": image[0], "depth": depth[0]}

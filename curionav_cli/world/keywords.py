@@ -8,7 +8,9 @@ from dataclasses import fields
 from inspect import signature
 from typing import Any
 
+from curionav_cli.constants import IMAGE_SIDE
 from curionav_cli.errors import UserError
+from curionav_cli.world.render.optics import check_side
 from curionav_cli.world.scene.scene import Scene
 from curionav_cli.world.scene.scene_file import plain
 from curionav_cli.world.scene.scene_format import hint
@@ -34,6 +36,15 @@ def build_scene(maker: Callable[..., Any], scene: str, settings: dict[str, Any])
         return Scene.from_dict(raw, source), raw.get("engine", "numpy")
     except UserError as error:
         raise type(error)(as_keywords(str(error))) from None
+
+
+def check_size(size: object, engine: str) -> int:
+    """The side of the images, size=, in pixels. Raises ValueError for one that the engine does not draw."""
+    side = check_side(size)
+    if side != IMAGE_SIDE and engine == "numba":
+        raise ValueError(f"engine='numba' draws images of {IMAGE_SIDE} x {IMAGE_SIDE} pixels, not size={side}. Leave "
+                         "engine= out.")
+    return side
 
 
 def as_keywords(message: str) -> str:

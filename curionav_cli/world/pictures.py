@@ -4,16 +4,18 @@ from __future__ import annotations
 
 import numpy as np
 
-MOST = 2048  # pictures of all worlds together, 59 MB; a single world has 36 headings, 1 MB
+from curionav_cli.constants import IMAGE_SIDE
 
-Picture = tuple[np.ndarray, np.ndarray]  # image (64, 64, 3) uint8, depth (64, 64) float32
+MOST = 2048 * IMAGE_SIDE**2  # pixels of all worlds together, 59 MB; of 64 x 64 a world has 36 headings, 1 MB
+
+Picture = tuple[np.ndarray, np.ndarray]  # image (S, S, 3) uint8, depth (S, S) float32
 
 
 class Pictures:
     """Keeps the newest pictures of each of E worlds by heading, until `forget`, which is due when anything changes."""
 
-    def __init__(self, worlds: int = 1):
-        self._most = max(1, MOST // worlds)  # of each world
+    def __init__(self, worlds: int = 1, side: int = IMAGE_SIDE):
+        self._most = max(1, MOST // (worlds * side**2))  # of each world
         self._of: list[dict[int, Picture]] = [{} for _ in range(worlds)]
 
     def forget(self, world: int = 0) -> None:

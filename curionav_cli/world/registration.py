@@ -31,17 +31,18 @@ def register() -> None:
 
 
 def make(scene: str, render_mode: str | None = None, reward: str = "none", reset_mode: str = "restart",
-         observation: str = "dict", action: str = "discrete", **settings: Any) -> NavigationEnv:
+         observation: str = "dict", action: str = "discrete", size: int = 64, **settings: Any) -> NavigationEnv:
     """Make a NavigationEnv of conf/env/<scene>.yaml; settings are keys of that file, as radius=0.2.
 
-    action: discrete, or continuous (ContinuousEnv). Raises ValueError for another.
+    action: discrete, or continuous (ContinuousEnv). size: of the square images, pixels a side (a scene's own size is
+    no keyword). Raises ValueError for others.
     """
     from curionav_cli.world.continuous import ContinuousEnv
     from curionav_cli.world.env import NavigationEnv
-    from curionav_cli.world.keywords import build_scene
+    from curionav_cli.world.keywords import build_scene, check_size
 
     if action not in ("discrete", "continuous"):
         raise ValueError(f"action must be one of discrete, continuous, not {action!r}.")
     world, engine = build_scene(make, scene, settings)
     maker = ContinuousEnv if action == "continuous" else NavigationEnv
-    return maker(world, render_mode, engine, reward, reset_mode, observation)
+    return maker(world, render_mode, engine, reward, reset_mode, observation, check_size(size, engine))

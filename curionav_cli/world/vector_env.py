@@ -11,10 +11,10 @@ from gymnasium.error import ResetNeeded
 from gymnasium.vector import AutoresetMode
 from gymnasium.vector.utils import batch_space
 
-from curionav_cli.constants import FORWARD, HEADINGS, LEFT, RIGHT
+from curionav_cli.constants import FORWARD, HEADINGS, IMAGE_SIDE, LEFT, RIGHT
 from curionav_cli.world import motion
 from curionav_cli.world.env import METADATA, Observation, actions, observations, seen
-from curionav_cli.world.keywords import build_scene
+from curionav_cli.world.keywords import build_scene, check_size
 from curionav_cli.world.pictures import Pictures
 from curionav_cli.world.registration import STEPS
 from curionav_cli.world.render.renderer import Renderer
@@ -28,7 +28,7 @@ Info = dict[str, Any]
 class NavigationVectorEnv(gymnasium.vector.VectorEnv[Any, Any, Any]):
     """A Gymnasium vector environment of E worlds: world i equals a NavigationEnv with the same seed, to the byte.
 
-    Actions (E,); observation: image (E, 64, 64, 3) uint8 RGB, depth (E, 64, 64) float32 metres. A step raises
+    Actions (E,); observation: image (E, S, S, 3) uint8 RGB, depth (E, S, S) float32 metres, S = side. A step raises
     ValueError for other actions, ResetNeeded where a world was never reset, or has ended in mode DISABLED.
     Info holds arrays: pose (E, 3), collided (E,), episode_index (E,), and their masks `_pose`, `_collided` and so on.
     A world ends only if max_episode_steps says so. Then autoreset_mode counts: SAME_STEP puts it back to the start in
@@ -41,7 +41,8 @@ class NavigationVectorEnv(gymnasium.vector.VectorEnv[Any, Any, Any]):
 
     def __init__(self, scene: Scene, num_envs: int = 1, render_mode: str | None = None, engine: str = "numpy",
                  max_episode_steps: int | None = None, autoreset_mode: AutoresetMode | str = AutoresetMode.SAME_STEP,
-                 reward: str = "none", reset_mode: str = "restart", observation: str = "dict"):
+                 reward: str = "none", reset_mode: str = "restart", observation: str = "dict",
+                 side: int = IMAGE_SIDE):
         check_render_mode(render_mode, METADATA["render_modes"])
         check_end(max_episode_steps)
         self.scene, self.num_envs, self.render_mode = scene, num_envs, render_mode
@@ -49,19 +50,19 @@ class NavigationVectorEnv(gymnasium.vector.VectorEnv[Any, Any, Any]):
         self.autoreset_mode = mode_of(autoreset_mode)
         self.metadata = {**METADATA, "autoreset_mode": self.autoreset_mode}
         self.observation = observation
-        self.single_action_space, self.single_observation_space = actions(), observations(observation)
+        self.single_action_space, self.single_observation_space = actions(), observations(observation, side)
         self.action_space = batch_space(actions(), num_envs)
-        self.observation_space = batch_space(observations(observation), num_envs)
+        self.observation_space = batch_space(self.single_observation_space, num_envs)
         self._counters = [EpisodeCounter(reset_mode) for _ in range(num_envs)]
         self._rewards = [Reward(reward) for _ in range(num_envs)]
         self._events: list[tuple[dict[str, Any], ...]] = [()] * num_envs
         self._now = [scene] * num_envs
-        self._renderers = [Renderer(scene, engine)] * num_envs
+        self._renderers = [Renderer(scene, engine, side=side)] * num_envs
         self._brightness = np.ones(num_envs)
         self._x, self._y = np.zeros(num_envs), np.zeros(num_envs)
         self._heading, self._episode, self._steps = np.zeros((3, num_envs), np.int64)
         self._over = np.zeros(num_envs, bool)
-        self._pictures = Pictures(num_envs)
+        self._pictures = Pictures(num_envs, side)
 
     @property
     def engine(self) -> str:
@@ -111,7 +112,7 @@ class NavigationVectorEnv(gymnasium.vector.VectorEnv[Any, Any, Any]):
         return self._seen(), earned, np.zeros(self.num_envs, bool), over.copy(), info
 
     def render(self) -> tuple[np.ndarray, ...]:
-        """The camera image of each world, (64, 64, 3) uint8."""
+        """The camera image of each world, (S, S, 3) uint8."""
         self._started()
         return tuple(self._observation()["image"])
 
@@ -120,7 +121,7 @@ class NavigationVectorEnv(gymnasium.vector.VectorEnv[Any, Any, Any]):
         return self._drawn(np.arange(self.num_envs), Renderer.look, *map(np.asarray, (x, y, yaw)))
 
     def panorama(self, views: int = 4) -> Observation:
-        """Render `views` directions around each pose, the first ahead: image (E, views, 64, 64, 3), depth alike."""
+        """Render `views` directions around each pose, the first ahead: image (E, views, S, S, 3), depth alike."""
         self._started()
         return self._drawn(np.arange(self.num_envs), Renderer.panorama, self._x, self._y, self._heading, views=views)
 
@@ -236,11 +237,11 @@ def mode_of(name: AutoresetMode | str) -> AutoresetMode:
 def make(scene: str, num_envs: int = 1, render_mode: str | None = None, max_episode_steps: int | None = None,
          autoreset_mode: AutoresetMode | str = AutoresetMode.SAME_STEP, reward: str = "none",
          reset_mode: str = "restart", observation: str = "dict", action: str = "discrete",
-         **settings: Any) -> NavigationVectorEnv:
+         size: int = IMAGE_SIDE, **settings: Any) -> NavigationVectorEnv:
     """Make a NavigationVectorEnv of conf/env/<scene>.yaml, for gymnasium.make_vec; settings are keys of that file.
 
-    max_episode_steps: as of gymnasium.make, None for the 500 of the registration, -1 for no end. Raises ValueError for
-    continuous actions.
+    max_episode_steps: as of gymnasium.make, None for the 500 of the registration, -1 for no end. size: of the square
+    images, pixels a side. Raises ValueError for continuous actions.
     """
     if action != "discrete":
         raise ValueError(f"action={action!r}: worlds in one batch have discrete actions. Add vectorization_mode='sync' "
@@ -248,4 +249,4 @@ def make(scene: str, num_envs: int = 1, render_mode: str | None = None, max_epis
     world, engine = build_scene(make, scene, settings)
     limit = STEPS if max_episode_steps is None else max_episode_steps
     return NavigationVectorEnv(world, num_envs, render_mode, engine, None if limit == -1 else limit, autoreset_mode,
-                               reward, reset_mode, observation)
+                               reward, reset_mode, observation, check_size(size, engine))

@@ -27,4 +27,4 @@ def test_a_block_runs(block: str, tmp_path: Path) -> None:
 
 
 def test_the_page_has_blocks() -> None:
-    assert len(BLOCKS) == 5
+    assert len(BLOCKS) == 6

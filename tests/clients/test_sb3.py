@@ -9,6 +9,7 @@ from curionav_cli.world.registration import SCENES
 pytestmark = [pytest.mark.clients, pytest.mark.filterwarnings("ignore::DeprecationWarning")]
 ROOM = "curionav/SmallRoom-v0"
 TRAINERS = ("PPO", "RecurrentPPO")
+ARRANGED = ("single", "DummyVecEnv", "SubprocVecEnv", "native")
 
 
 def trainer(name: str, env, steps: int):
@@ -20,6 +21,23 @@ def trainer(name: str, env, steps: int):
     else:
         maker, policy, kwargs = sb3_contrib.RecurrentPPO, "MultiInputLstmPolicy", {**kwargs, "lstm_hidden_size": 8}
     return maker(policy, env, n_steps=steps, batch_size=steps, n_epochs=1, seed=0, device="cpu", policy_kwargs=kwargs)
+
+
+def many_worlds(settings: dict, arranged: str):
+    """Two worlds: in this process, in processes of their own, or in our native vector environment."""
+    pytest.importorskip("stable_baselines3")
+    import gymnasium
+    from stable_baselines3.common import vec_env
+    from stable_baselines3.common.env_util import make_vec_env
+
+    from curionav_cli.agents.sb3.vec_env import SB3VecEnv
+
+    name = settings.pop("id")
+    if arranged == "native":
+        return vec_env.VecMonitor(SB3VecEnv(gymnasium.make_vec(name, num_envs=2, **settings)))
+    started = {"start_method": "spawn"} if arranged == "SubprocVecEnv" else {}
+    return make_vec_env(name, n_envs=2, env_kwargs=settings, vec_env_cls=getattr(vec_env, arranged),
+                        vec_env_kwargs=started)
 
 
 @pytest.mark.filterwarnings("ignore:Your observation depth has an unconventional shape:UserWarning")
@@ -40,17 +58,10 @@ def test_they_train_in_every_world(made, name: str, algorithm: str) -> None:
     assert model.num_timesteps == 64 and [info["l"] for info in model.ep_info_buffer] == [40]
 
 
-@pytest.mark.parametrize("workers", ["DummyVecEnv", "SubprocVecEnv"])
+@pytest.mark.parametrize("arranged", ARRANGED[1:])
 @pytest.mark.parametrize("algorithm", TRAINERS)
-def test_they_train_in_many_worlds(world, workers: str, algorithm: str) -> None:
-    pytest.importorskip("stable_baselines3")
-    from stable_baselines3.common import vec_env
-    from stable_baselines3.common.env_util import make_vec_env
-
-    settings = world(ROOM, reward="coverage", max_episode_steps=60)
-    started = {"start_method": "spawn"} if workers == "SubprocVecEnv" else {}
-    env = make_vec_env(settings.pop("id"), n_envs=2, env_kwargs=settings, vec_env_cls=getattr(vec_env, workers),
-                       vec_env_kwargs=started)
+def test_they_train_in_many_worlds(world, arranged: str, algorithm: str) -> None:
+    env = many_worlds(world(ROOM, reward="coverage", max_episode_steps=60), arranged)
     model = trainer(algorithm, env, 64)
     model.learn(256)
     env.close()
@@ -92,3 +103,22 @@ def test_an_evaluation_comes_to_an_end(made) -> None:
     rewards, lengths = evaluate_policy(model, made(ROOM, reward="count"), n_eval_episodes=1, deterministic=False,
                                        return_episode_rewards=True, warn=False)
     assert lengths == [500] and 0 < rewards[0] < 500
+
+
+@pytest.mark.slow
+@pytest.mark.timeout(1800)
+@pytest.mark.parametrize("arranged", ARRANGED)
+@pytest.mark.parametrize("algorithm", TRAINERS)
+@pytest.mark.parametrize("name", SCENES)
+def test_2048_steps_in_every_world(world, made, name: str, algorithm: str, arranged: str) -> None:
+    """Four episodes of 500 steps, an update after each 512 steps of a world, and an actor that has changed."""
+    env = many_worlds(world(name, reward="coverage"), arranged) if arranged != "single" else \
+        made(name, reward="coverage")
+    model = trainer(algorithm, env, 512)
+    before = {key: value.clone() for key, value in model.policy.state_dict().items()}
+    model.learn(2048)
+    ends = [(info["l"], info["r"] > 1) for info in model.ep_info_buffer]
+    assert model.num_timesteps == 2048 and ends == [(500, True)] * 4
+    after = model.policy.state_dict()
+    assert not any(after[key].equal(before[key]) for key in after if key.startswith("action_net."))
+    model.env.close()

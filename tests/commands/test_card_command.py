@@ -106,7 +106,8 @@ def test_a_pretrained_agent_has_a_name(cli: Cli, card: Path, runs: Path, tmp_pat
                                        monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
     answer = cli("evaluate", "pretrained=apartments")
-    assert answer.code == 2 and answer.error.strip().endswith("Make it in a checkout: make pretrained.")
+    assert answer.code == 2 and len(answer.error.splitlines()) == 1
+    assert answer.error.endswith("Make it in a checkout: make pretrained.\n")
     assert cli("card", f"{runs}/trained", "pretrained=flat").code == 0
     answer = cli("evaluate", "pretrained=flat", "loop.episodes=1", "hydra.run.dir=evaluated")
     assert answer.code == 0, answer.error

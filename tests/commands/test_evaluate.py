@@ -62,17 +62,44 @@ def test_several_runs_are_a_sweep_that_compare_reads_and_resume_continues(cli: C
     assert compared.code == 0 and "LEFT OUT" not in compared.out, compared.out
     with (tmp_path / "compared" / "runs.csv").open() as file:
         assert {row["seed"] for row in csv.DictReader(file)} == {"0", "1", "0 / 0", "1 / 0"}
-    assert cli("resume", "sweep", "loop.episodes=2").code == 0
+    begun_earlier(tmp_path / "sweep")
+    answer = cli("resume", "sweep", "loop.episodes=2")
+    assert answer.code == 0, answer.error
     assert len(list((tmp_path / "sweep").glob("*/episodes/000001.npz"))) == 2
 
 
+@pytest.mark.slow
+@pytest.mark.timeout(1200)
+def test_worlds_seeds_and_a_robot_that_docks_are_one_table(cli: Cli, runs: Path, tmp_path: Path) -> None:
+    """Each run has two episodes, and one return to dock between them, successful or not."""
+    answer = cli("evaluate", "-m", f"{runs}/trained", "env=small_room,apartment_1", "seed=0,1", "robot=turtlebot2i",
+                 "loop.episodes=2", "hydra.sweep.dir=sweep")
+    assert answer.code == 0, answer.error
+    rows = list(csv.DictReader((tmp_path / "sweep" / "evaluation.csv").read_text().splitlines()))
+    assert [(row["env"], row["seed"]) for row in rows] == [
+        (world, seed) for world in ("small_room", "apartment_1") for seed in ("0", "1")]
+    assert [int(row["docked"]) + int(row["carried"]) for row in rows] == [1] * 4
+    assert {row["trained_env"] for row in rows} == {"small_room"} and "docked" in answer.out
+    before = (runs / "trained" / "checkpoint" / "000001" / WEIGHTS).read_bytes()
+    assert [path.read_bytes() for path in (tmp_path / "sweep").glob(f"*/checkpoint/000002/{WEIGHTS}")] == [before] * 4
+    compared = cli("compare", "sweep", "out=compared")
+    assert compared.code == 0 and (tmp_path / "compared" / "apartment_1.png").is_file(), compared.error
+
+
+def begun_earlier(folder: Path) -> None:
+    """Write a run or a sweep of an earlier version, in which `init` was called `weights`."""
+    for file in [*folder.rglob("config.yaml"), *folder.glob("multirun.yaml")]:
+        text = file.read_text()
+        older = text.replace("\ninit:", "\nweights:").replace("- init=", "- weights=")
+        assert older != text, file
+        file.write_text(older)
+
+
 def test_an_evaluation_of_an_earlier_version_is_resumed(cli: Cli, runs: Path, tmp_path: Path) -> None:
-    """`init` was called `weights` then."""
     assert cli("evaluate", f"{runs}/trained", "loop.episodes=1", "hydra.run.dir=run").code == 0
-    config = tmp_path / "run" / "config.yaml"
-    config.write_text(config.read_text().replace("\ninit:", "\nweights:"))
+    begun_earlier(tmp_path / "run")
     answer = cli("resume", "run", "loop.episodes=2")
-    assert answer.code == 0 and "\ninit:" in config.read_text(), answer.error
+    assert answer.code == 0 and "\ninit:" in (tmp_path / "run" / "config.yaml").read_text(), answer.error
 
 
 def test_cbet_is_evaluated_without_its_counts(cli: Cli, runs: Path, tmp_path: Path) -> None:

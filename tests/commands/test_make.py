@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import shutil
 import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -13,9 +14,9 @@ ROOT = Path(__file__).resolve().parents[2]
 pytestmark = pytest.mark.skipif(shutil.which("make") is None, reason="needs make")
 
 
-def make(*words: str, cwd: Path) -> str:
+def make(*words: str, cwd: Path, **environment: str) -> str:
     outer = ("MAKEFLAGS", "MAKELEVEL", "MFLAGS")  # of the make that runs the tests
-    clean = {key: value for key, value in os.environ.items() if key not in outer}
+    clean = {key: value for key, value in os.environ.items() if key not in outer} | environment
     done = subprocess.run(["make", *words], cwd=cwd, env=clean, capture_output=True, text=True, check=True)
     return done.stdout
 
@@ -73,3 +74,24 @@ def test_pins_have_no_local_labels() -> None:
     lines = [line for line in (ROOT / "constraints.txt").read_text().splitlines() if not line.startswith("#")]
     assert "torch==2.13.0" in lines
     assert all("==" in line and "+" not in line for line in lines)
+
+
+@pytest.mark.slow
+@pytest.mark.timeout(3600)
+def test_the_pretrained_agent_is_made_and_evaluated(checkout: Path) -> None:
+    """Its trial run, with the program of this environment in place of an installation."""
+    program = checkout / ".venv" / "bin" / "curionav"
+    program.parent.mkdir(parents=True)
+    program.write_text(f'#!/bin/sh\nexec {sys.executable} -m curionav_cli "$@"\n')
+    program.chmod(0o755)
+    (checkout / ".venv" / ".ready").touch()
+    environment = {"XDG_CACHE_HOME": str(checkout / "cache"), "PYTHONPATH": str(ROOT)}
+    make("pretrained", "SCALE=smoke", cwd=checkout, **environment)
+    card = checkout / "cache" / "curionav" / "pretrained" / "apartments_smoke"
+    assert (card / "weights.safetensors").stat().st_size < 4e6
+    text = (card / "README.md").read_text()
+    assert all(f"| apartment_{number} |" in text for number in range(3))
+    done = subprocess.run([program, "evaluate", "pretrained=apartments_smoke", "env=small_room", "loop.episodes=1",
+                           "loop.steps=100", "hydra.run.dir=run"], cwd=checkout, env={**os.environ, **environment},
+                          capture_output=True, text=True)
+    assert done.returncode == 0 and (checkout / "run" / "evaluation.md").is_file(), done.stderr

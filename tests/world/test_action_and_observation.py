@@ -1,4 +1,4 @@
-"""observation="image" and action="continuous" of the Gymnasium environments."""
+"""observation="image", action="continuous" and size= of the Gymnasium environments."""
 
 from __future__ import annotations
 
@@ -7,7 +7,6 @@ import math
 import gymnasium
 import numpy as np
 import pytest
-from gymnasium import wrappers
 from gymnasium.utils.env_checker import check_env
 
 from curionav_cli.world.continuous import SECONDS, SPEED, TURN
@@ -39,8 +38,41 @@ def test_an_image_is_that_of_the_dict() -> None:
     info = many.step(np.array([1, 1]))[-1]
     both.step(1)
     assert np.array_equal(info["final_obs"][1], both.step(1)[0]["image"])
-    larger = wrappers.ResizeObservation(room(observation="image"), (96, 96))
-    assert larger.reset(seed=0)[0].shape == (96, 96, 3)
+
+
+def test_a_larger_size_is_drawn_and_not_stretched() -> None:
+    """The same view with more pixels: blocks of four have about the mean of the small image, and differ inside."""
+    small, large = room(), room(size=128)
+    (seen, _), (fine, _) = small.reset(seed=1), large.reset(seed=1)
+    assert large.observation_space.contains(fine) and large.observation_space["depth"].shape == (128, 128)
+    blocks = fine["image"].reshape(64, 2, 64, 2, 3).astype(float)
+    assert abs(blocks.mean((1, 3)) - seen["image"]).mean() < 6 and blocks.std((1, 3)).mean() > 1
+    around = large.unwrapped.panorama(2)["depth"]
+    assert np.array_equal(around[0], fine["depth"]) and abs(fine["depth"][::2, ::2] - seen["depth"]).mean() < 0.05
+
+
+@pytest.mark.parametrize("action", ["discrete", "continuous"])
+def test_many_worlds_of_another_size_equal_single_ones(action: str) -> None:
+    kind = {"vectorization_mode": "sync"} if action == "continuous" else {}
+    many = gymnasium.make_vec(ROOM, num_envs=2, size=96, observation="image", action=action, **kind)
+    alone = room(size=96, observation="image", action=action)
+    assert np.array_equal(many.reset(seed=[3, 4])[0][1], alone.reset(seed=4)[0])
+    still = np.ones(2, np.int64) if action == "discrete" else np.zeros((2, 2), np.float32)
+    seen, after = many.step(still)[0], alone.step(still[0])[0]
+    assert seen.shape == (2, 96, 96, 3) and np.array_equal(seen[0], after)
+
+
+@pytest.mark.parametrize("size", [62, 65, 514, 96.0, [96, 96]])
+def test_another_size_is_refused(size: object) -> None:
+    for make in (gymnasium.make, gymnasium.make_vec):
+        with pytest.raises(ValueError, match=r"^size, the side of the images in pixels, must be an even integer from 64"
+                                             " to 512, not "):
+            make(ROOM, size=size)
+
+
+def test_numba_draws_one_size() -> None:
+    with pytest.raises(ValueError, match=r"engine='numba' draws images of 64 x 64 pixels, not size=96. Leave engine"):
+        room(size=96, engine="numba")
 
 
 def test_full_speed_is_a_step_forward_and_a_turn_takes_its_time() -> None:

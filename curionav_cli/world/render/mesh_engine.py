@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from curionav_cli.constants import IMAGE_SIDE
 from curionav_cli.world.render.intersections import Rays
+from curionav_cli.world.render.optics import offsets
 from curionav_cli.world.render.texture_atlas import lit, unpack
 from curionav_cli.world.scan.site import ScanView
 
@@ -16,8 +16,8 @@ CHUNK = 8  # frames whose rays are held at once
 
 @dataclass(frozen=True)
 class MeshCamera:
-    """A level camera at `height` metres. slope (64,) float32: rise of each row's rays per metre of depth; across
-    (64,): to the right; pixel: width of one at depth 1; far: depth is capped here, metres."""
+    """A level camera at `height` metres. slope (S,) float32: rise of each row's rays per metre of depth; across
+    (S,): to the right; pixel: width of one at depth 1; far: depth is capped here, metres."""
 
     view: ScanView
     height: float
@@ -27,12 +27,10 @@ class MeshCamera:
     far: float
 
 
-def build_mesh_camera(view: ScanView, fov: float, height: float, far: float) -> MeshCamera:
-    """The camera of a scan. fov: degrees; height: metres above the floor."""
-    tangent = float(np.tan(np.radians(fov) / 2.0))
-    offset = (np.arange(IMAGE_SIDE) + 0.5) / (IMAGE_SIDE / 2) - 1.0
-    return MeshCamera(view, height, (-tangent * offset).astype(np.float32), tangent * offset,
-                      2.0 * tangent / IMAGE_SIDE, far)
+def build_mesh_camera(view: ScanView, fov: float, height: float, far: float, side: int) -> MeshCamera:
+    """The camera of a scan. fov: degrees; height: metres above the floor; side: of its images, pixels."""
+    tangent, across = offsets(fov, side)
+    return MeshCamera(view, height, (-across).astype(np.float32), across, 2.0 * tangent / side, far)
 
 
 class MeshEngine:

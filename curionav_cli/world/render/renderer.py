@@ -1,4 +1,4 @@
-"""The camera: 64 x 64 RGB and exact depth of axis-aligned boxes, without GL.
+"""The camera: RGB and exact depth, 64 x 64 unless another side is asked for, of axis-aligned boxes, without GL.
 
 The camera is level, so the ray of column c runs over the floor with forward component 1, and at depth d
 the ray of row r is at height camera + slope_r d. Two engines draw it, numpy (numpy_engine.py) and numba
@@ -11,7 +11,7 @@ import copy
 
 import numpy as np
 
-from curionav_cli.constants import HEADINGS, IMAGE_SHAPE
+from curionav_cli.constants import HEADINGS, IMAGE_SIDE
 from curionav_cli.errors import SceneError
 from curionav_cli.world.motion import COS, SIN
 from curionav_cli.world.render.camera import FAR, Camera, build_camera
@@ -37,23 +37,24 @@ ENGINES = {"numpy": NumpyEngine, "numba": _numba}
 
 
 class Renderer:
-    """Renders one scene. It keeps tables only; `showing` gives the renderer of a changed scene."""
+    """Renders one scene in images of S x S pixels, S = side. It keeps tables only; `showing` gives the renderer of a
+    changed scene."""
 
-    def __init__(self, scene: Scene, engine: str = "numpy", atlas: Atlas | None = None):
+    def __init__(self, scene: Scene, engine: str = "numpy", atlas: Atlas | None = None, side: int = IMAGE_SIDE):
         if engine not in ENGINES:
             raise SceneError(f"env.engine must be one of {', '.join(ENGINES)}, not {engine!r}.")
         if scene.view is not None and engine != "numpy":
             raise SceneError(f"env.engine={engine} draws boxes, and a scan is drawn by Embree. Set env.engine=numpy.")
         self.scene = scene
-        self.engine = engine
+        self.engine, self.side = engine, side
         self._atlas = atlas
         self.camera: Camera | MeshCamera
         if scene.view is not None:
-            self.camera = build_mesh_camera(scene.view, scene.fov, scene.camera, FAR)
+            self.camera = build_mesh_camera(scene.view, scene.fov, scene.camera, FAR, side)
             self._draw = MeshEngine(self.camera).draw
         else:
             self._atlas = atlas or build_atlas(scene)
-            self.camera = build_camera(scene, self._atlas)
+            self.camera = build_camera(scene, self._atlas, side)
             self._draw = ENGINES[engine](self.camera).draw
         self._headings = rays(COS, SIN, self.camera.across)
 
@@ -62,7 +63,7 @@ class Renderer:
         if scene is self.scene:
             return self
         if scene.boxes is not self.scene.boxes:
-            return Renderer(scene, self.engine, self._atlas)
+            return Renderer(scene, self.engine, self._atlas, self.side)
         other = copy.copy(self)
         other.scene = scene
         return other
@@ -70,7 +71,7 @@ class Renderer:
     def render(self, x, y, heading, brightness=None) -> tuple[np.ndarray, np.ndarray]:
         """Render poses with integer headings, each scalar or (n,); brightness likewise, or that of the scene.
 
-        Returns rgb (n, 64, 64, 3) uint8 and depth (n, 64, 64) float32, metres along the optical axis.
+        Returns rgb (n, S, S, 3) uint8 and depth (n, S, S) float32, metres along the optical axis.
         """
         heading = np.atleast_1d(heading)
         chosen = Rays(*(table.take(heading, axis=0) for table in self._headings))
@@ -83,7 +84,7 @@ class Renderer:
         return self._render(x, y, cosine, sine, rays(cosine, sine, self.camera.across), brightness)
 
     def panorama(self, x, y, heading, views: int = 4, brightness=None) -> tuple[np.ndarray, np.ndarray]:
-        """Render `views` directions of each pose, evenly spaced to the left: rgb (n, views, 64, 64, 3), depth alike.
+        """Render `views` directions of each pose, evenly spaced to the left: rgb (n, views, S, S, 3), depth alike.
 
         Raises ValueError for a number of views that does not divide 36.
         """
@@ -99,8 +100,8 @@ class Renderer:
     def _render(self, x, y, cosine: np.ndarray, sine: np.ndarray, chosen: Rays,
              brightness) -> tuple[np.ndarray, np.ndarray]:
         x, y = np.array(x, np.float64, ndmin=1), np.array(y, np.float64, ndmin=1)
-        rgb = np.empty((len(x), *IMAGE_SHAPE), np.uint8)
-        depth = np.empty((len(x), *IMAGE_SHAPE[:2]), np.float32)
+        rgb = np.empty((len(x), self.side, self.side, 3), np.uint8)
+        depth = np.empty((len(x), self.side, self.side), np.float32)
         if brightness is None:
             brightness = np.full(len(x), self.scene.brightness)
         self._draw(x, y, cosine, sine, chosen, brightness, rgb, depth)

@@ -29,9 +29,10 @@ MORE = {"RecurrentPPO": ("+agent.parameters.policy_kwargs.lstm_hidden_size=8",),
 
 
 @pytest.fixture(autouse=True)
-def installed() -> None:
+def installed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     pytest.importorskip("stable_baselines3")
     pytest.importorskip("sb3_contrib")
+    monkeypatch.setenv("SB3_LOGDIR", str(tmp_path / "sb3"))  # of SB3's own loop; ours has no such folder
 
 
 def words(algorithm: str, *more: str) -> list[str]:

@@ -20,17 +20,17 @@ from curionav_cli.world.scene.scene import Scene
 from curionav_cli.world.scene.scene_file import plain
 
 
-def rays(scene: Scene, heading: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """dx, dy, dz a metre of depth for each pixel: (64, 64) each."""
+def rays(scene: Scene, heading: int, side: int = IMAGE_SIDE) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """dx, dy, dz a metre of depth for each pixel: (side, side) each."""
     tangent = np.tan(np.radians(scene.fov) / 2)
-    offset = ((np.arange(IMAGE_SIDE) + 0.5) / 32 - 1) * tangent
+    offset = ((np.arange(side) + 0.5) / (side / 2) - 1) * tangent
     right, rise = np.meshgrid(offset, -offset)
     return COS[heading] + right * SIN[heading], SIN[heading] - right * COS[heading], rise
 
 
-def reference(scene: Scene, x: float, y: float, heading: int) -> np.ndarray:
-    """(64, 64) float64 depth: each ray against each box, three slabs at once, and floor and ceiling."""
-    direction = np.stack(rays(scene, heading), axis=-1)[..., None, :]
+def reference(scene: Scene, x: float, y: float, heading: int, side: int = IMAGE_SIDE) -> np.ndarray:
+    """(side, side) float64 depth: each ray against each box, three slabs at once, and floor and ceiling."""
+    direction = np.stack(rays(scene, heading, side), axis=-1)[..., None, :]
     eye = np.array([x, y, scene.camera])
     with np.errstate(divide="ignore"):
         one, other = (scene.boxes.low - eye) / direction, (scene.boxes.high - eye) / direction
@@ -42,12 +42,13 @@ def reference(scene: Scene, x: float, y: float, heading: int) -> np.ndarray:
     return np.minimum(np.minimum(hit, plane[..., 0]), FAR)
 
 
-def test_depth_is_that_of_the_float64_reference(small_room: Scene, draw_spots) -> None:
-    x, y, heading = draw_spots(small_room, 60, 0)
-    _, depth = Renderer(small_room).render(x, y, heading)
+@pytest.mark.parametrize(("side", "count"), [(IMAGE_SIDE, 60), (150, 9)])
+def test_depth_is_that_of_the_float64_reference(small_room: Scene, draw_spots, side: int, count: int) -> None:
+    x, y, heading = draw_spots(small_room, count, 0)
+    _, depth = Renderer(small_room, side=side).render(x, y, heading)
     wrong = []
     for index in range(len(x)):
-        error = np.abs(depth[index] - reference(small_room, x[index], y[index], int(heading[index])))
+        error = np.abs(depth[index] - reference(small_room, x[index], y[index], int(heading[index]), side))
         wrong.append(error > 3e-4)
     assert np.mean(wrong) < 2e-5  # the odd silhouette pixel that float32 gives to its neighbour
 

@@ -174,8 +174,10 @@ def test_vector_worlds_see_what_one_world_sees(a_room: Path) -> None:
     assert seen["depth"].dtype == np.float32 and seen["depth"].min() > 0.0
 
 
-def test_depth_is_that_of_the_walls(a_room: Path) -> None:
+@pytest.mark.parametrize("size", [64, 128])
+def test_depth_is_that_of_the_walls(a_room: Path, size: int) -> None:
     scene = scan(a_room, start=[2.05, 1.55, 0])
-    depth = gymnasium.make("curionav/Scan-v0", mesh=str(a_room), cell=0.1, start=[2.05, 1.55, 0]).reset()[0]["depth"]
-    assert scene.start_heading == 0
-    assert depth[30, 20:44] == pytest.approx(np.full(24, 1.95), abs=1e-4)
+    env = gymnasium.make("curionav/Scan-v0", mesh=str(a_room), cell=0.1, start=[2.05, 1.55, 0], size=size)
+    depth, part = env.reset()[0]["depth"], size // 64
+    assert scene.start_heading == 0 and depth.shape == (size, size)
+    assert depth[30 * part, 20 * part:44 * part] == pytest.approx(np.full(24 * part, 1.95), abs=1e-4)
