@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from curionav_cli.world.render.texture_atlas import pack
+from curionav_cli.world.render.texture_atlas import GREEN, RED_BLUE, pack
 from curionav_cli.world.scan.mesh import Mesh
 from curionav_cli.world.scan.tracer import Hits
 
@@ -25,7 +25,7 @@ class Texels:
         self._texture, self.textured = mesh.texture, bool(len(mesh.textures))
         self.mixed = bool((mesh.texture < 0).any())
         if self.mixed:
-            self._corners = mesh.colour[mesh.faces].reshape(-1, 9)
+            self._corners = pack(mesh.colour)[mesh.faces]
         if self.textured:
             self._load(mesh)
 
@@ -55,14 +55,19 @@ class Texels:
         return found
 
     def _plain(self, hits: Hits) -> np.ndarray:
-        """The colours of the corners, mixed."""
-        nine = self._corners.take(hits.face, axis=0, mode="wrap").astype(np.float32)
-        found = np.zeros(len(nine), np.uint32)
-        for channel in (2, 1, 0):
-            first = nine[:, channel]
-            mixed = first + hits.u * (nine[:, 3 + channel] - first) + hits.v * (nine[:, 6 + channel] - first)
-            found <<= 8
-            found |= (mixed + np.float32(0.5)).astype(np.uint32)
+        """The colours of the corners, mixed in 256 steps: red and blue in one number, green in another."""
+        corners = self._corners.take(hits.face, axis=0, mode="wrap")
+        second, third = ((weight * np.float32(256.0)).astype(np.uint32) for weight in (hits.u, hits.v))
+        first = 256 - second - third
+        found = np.zeros(len(corners), np.uint32)
+        for channels in (RED_BLUE, GREEN):
+            part = corners & channels
+            mixed = part[:, 0] * first
+            mixed += part[:, 1] * second
+            mixed += part[:, 2] * third
+            mixed >>= 8
+            mixed &= channels
+            found |= mixed
         return found
 
     def _painted(self, hits: Hits, directions: np.ndarray, pixel: float) -> np.ndarray:
