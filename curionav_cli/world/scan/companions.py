@@ -1,4 +1,4 @@
-"""The files beside a mesh that it names: materials and pictures of OBJ, buffers and pictures of glTF, a PLY's picture."""
+"""The files that a mesh names: materials and pictures of OBJ, buffers and pictures of glTF, the picture of a PLY."""
 
 from __future__ import annotations
 
