@@ -63,7 +63,7 @@ def measure(path: Path, frames: int, repeats: int) -> None:
     before, began = memory(), time.process_time()
     scene = Scene.from_dict(*plain("scan", mesh=str(path)))
     loaded = time.process_time() - began
-    triangles = len(scene.view.mesh.faces)
+    triangles = scene.view.triangles
     print(f"{triangles:,} triangles, {path.stat().st_size / 1e6:.0f} MB: loaded in {loaded:.1f} CPU-s, "
           f"{memory() - before:.0f} MB more memory at most")
     rng, renderer = np.random.default_rng(0), Renderer(scene)

@@ -51,14 +51,15 @@ class Seal:
 CRC32 = Seal("crc32", lambda plain: f"{zlib.crc32(json.dumps(plain).encode()):08x}", indent=2)
 
 
-def write_arrays(path: Path, arrays: dict[str, np.ndarray]) -> None:
-    """Write an npz that numpy.load reads: same bytes for the same arrays, whole or absent."""
+def write_arrays(path: Path, arrays: dict[str, np.ndarray], packed: bool = True) -> None:
+    """Write an npz that numpy.load reads: same bytes for the same arrays, whole or absent. packed: deflated."""
+    kind = zipfile.ZIP_DEFLATED if packed else zipfile.ZIP_STORED
     def body(file: IO[bytes]) -> None:
         with zipfile.ZipFile(file, "w") as archive:
             for name, array in arrays.items():
                 raw = io.BytesIO()
                 np.lib.format.write_array(raw, np.asanyarray(array), allow_pickle=False)
-                archive.writestr(zipfile.ZipInfo(f"{name}.npy"), raw.getvalue(), zipfile.ZIP_DEFLATED, 1)
+                archive.writestr(zipfile.ZipInfo(f"{name}.npy"), raw.getvalue(), kind, 1)
     write_whole(path, body)
 
 

@@ -69,7 +69,8 @@ def footing(mesh: Mesh, tracer: Tracer, shape: tuple[int, int], env: Scan) -> Fo
     centres = np.stack(np.meshgrid(x, y), axis=-1).reshape(-1, 2)
     height, steep = beneath(tracer, centres, high, env)
     covered = height > low
-    supported: np.ndarray = (np.abs(height) <= env.step) & ~steep
+    supported: np.ndarray = np.abs(height) <= env.step
+    supported &= ~(steep & (rise(height.reshape(shape)) > math.tan(math.radians(env.slope)) * cell).ravel())
     points = obstacle_points(mesh, low, high)
     fine = touched(points, cell / FINE, (shape[0] * FINE, shape[1] * FINE))
     clear = supported.copy()
@@ -113,6 +114,18 @@ def beneath(tracer: Tracer, centres: np.ndarray, high: float, env: Scan) -> tupl
     height = np.where(hits.face < 0, -np.inf, high - hits.far.astype(np.float64))
     length = np.linalg.norm(hits.cross, axis=1)
     return height, np.abs(hits.cross[:, 2]) < math.cos(math.radians(env.slope)) * length
+
+
+def rise(height: np.ndarray) -> np.ndarray:
+    """(rows, columns): the largest difference in height to a cell beside; a scan's noise tilts single triangles."""
+    found = np.zeros(height.shape)
+    with np.errstate(invalid="ignore"):  # -inf beside -inf: no floor at all
+        for axis in (0, 1):
+            step = np.nan_to_num(np.abs(np.diff(height, axis=axis)), nan=0.0, posinf=np.inf)
+            before, after = ([(0, 0), (0, 0)] for _ in range(2))
+            before[axis], after[axis] = (1, 0), (0, 1)
+            found = np.maximum(found, np.maximum(np.pad(step, before), np.pad(step, after)))
+    return found
 
 
 def away(points: np.ndarray, centres: np.ndarray) -> np.ndarray:

@@ -3,18 +3,16 @@
 from __future__ import annotations
 
 import base64
-import io
 import json
 import struct
-import warnings
 from pathlib import Path
 from typing import Any
 
 from curionav_cli.errors import SceneError
+from curionav_cli.world.scan.picture_limits import refuse_many_pixels
 
 JSON, BIN = 0x4E4F534A, 0x004E4942
 MOST_JSON = 64 << 20
-MOST_PIXELS = 250_000_000  # of all pictures together: three of 8192 x 8192 and more
 COMPONENTS = {5120: 1, 5121: 1, 5122: 2, 5123: 2, 5125: 4, 5126: 4}
 NUMBERS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT2": 4, "MAT3": 9, "MAT4": 16}
 PACKED = {"KHR_draco_mesh_compression": "Draco", "EXT_meshopt_compression": "meshopt", "KHR_texture_basisu": "Basis",
@@ -25,7 +23,7 @@ DEPTH = 200  # nodes within nodes
 def refuse_gltf(path: Path, head: bytes, most_triangles: int) -> None:
     """Raise SceneError unless all that the file claims is there, and is not too much."""
     try:
-        tree, binary = opened(path, head) if path.suffix.lower() == ".glb" else (loaded(path.read_bytes()), None)
+        tree, binary = opened(path, head) if path.suffix.lower() == ".glb" else (read_tree(path), None)
         refuse_packed(path, tree)
         buffers = [buffer_of(path, number, item, binary) for number, item in enumerate(tree.get("buffers", []))]
         views = [view_of(item, buffers) for item in tree.get("bufferViews", [])]
@@ -62,6 +60,17 @@ def opened(path: Path, head: bytes) -> tuple[dict[str, Any], bytes | None]:
     if JSON not in chunks:
         raise ValueError("it has no JSON chunk")
     return loaded(chunks[JSON]), chunks.get(BIN, b"")
+
+
+def read_tree(path: Path) -> dict[str, Any]:
+    """The tree of a GLB or glTF file, without its binary chunk. Raises ValueError for what is none."""
+    with open(path, "rb") as file:
+        if path.suffix.lower() != ".glb":
+            return loaded(file.read())
+        head = file.read(20)
+        if len(head) < 20 or head[:4] != b"glTF":
+            raise ValueError("it is no GLB file, which begins with glTF")
+        return loaded(file.read(min(struct.unpack_from("<I", head, 12)[0], MOST_JSON + 1)))
 
 
 def loaded(raw: bytes) -> dict[str, Any]:
@@ -160,22 +169,12 @@ def triangles(tree: dict[str, Any], number: int, counts: list[int], depth: int, 
 
 
 def refuse_pictures(path: Path, tree: dict[str, Any], views: list[tuple[bytes, int, int]]) -> None:
-    """Raise ValueError for pictures that together have more than MOST_PIXELS by their headers."""
-    from PIL import Image
-
-    total = 0
+    """Raise ValueError for pictures that together have too many pixels by their headers."""
+    raw = []
     for item in tree.get("images", []):
         if "bufferView" in item:
             held, offset, length = views[whole(item["bufferView"])]
-            raw = held[offset:offset + length]
+            raw.append(held[offset:offset + length])
         else:
-            raw = resource(path, item["uri"])
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore")
-            try:
-                with Image.open(io.BytesIO(raw)) as image:
-                    total += image.size[0] * image.size[1]
-            except Exception:  # Pillow raises every kind of exception for broken headers
-                raise ValueError("one of its pictures is none that can be read, or is far too large") from None
-        if total > MOST_PIXELS:
-            raise ValueError(f"its pictures have more than {MOST_PIXELS} pixels; make them smaller")
+            raw.append(resource(path, item["uri"]))
+    refuse_many_pixels(raw)

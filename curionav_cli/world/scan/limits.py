@@ -11,29 +11,36 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from curionav_cli.errors import SceneError
+from curionav_cli.world.scan.companions import HEADER, PICTURE_KINDS, companions, named
 from curionav_cli.world.scan.gltf_limits import refuse_gltf
+from curionav_cli.world.scan.picture_limits import refuse_many_pixels
 
 MOST_TRIANGLES = 20_000_000
 MOST_BYTES = 4 << 30
 MOST_ELEMENTS = 60_000_000  # vertices or faces that a header may announce
-HEADER = 1 << 16  # bytes of a PLY's header at most
 SIZES = {"char": 1, "uchar": 1, "int8": 1, "uint8": 1, "short": 2, "ushort": 2, "int16": 2, "uint16": 2, "int": 4,
          "uint": 4, "int32": 4, "uint32": 4, "float": 4, "float32": 4, "double": 8, "float64": 8, "int64": 8,
          "uint64": 8}
 KINDS = (".ply", ".glb", ".gltf", ".obj", ".stl")
 
 
-def refuse_broken(path: Path) -> None:
-    """Raise SceneError for a file that is not there, is no mesh, was cut off, or claims more than it holds."""
+def refuse_absent(path: Path) -> None:
+    """Raise SceneError for a file that is not there, is empty or too large, or by its name is no mesh."""
     if not path.is_file():
         raise SceneError(f"There is no mesh {path}. env.mesh is the path of a {', '.join(KINDS)} file.")
-    kind, size = path.suffix.lower(), path.stat().st_size
-    if kind not in KINDS:
+    size = path.stat().st_size
+    if path.suffix.lower() not in KINDS:
         raise SceneError(f"{path}: meshes are {', '.join(KINDS)} files; convert it to GLB first, with Blender say.")
     if size > MOST_BYTES:
         raise SceneError(f"{path} has {size / 1e9:.1f} GB; the most are {MOST_BYTES / 1e9:.1f}. Reduce it first.")
     if not size:
         raise SceneError(f"{path} is empty.")
+
+
+def refuse_broken(path: Path) -> None:
+    """Raise SceneError for a file that is not there, is no mesh, was cut off, or claims more than it holds."""
+    refuse_absent(path)
+    kind, size = path.suffix.lower(), path.stat().st_size
     with open(path, "rb") as file:
         head = file.read(HEADER)
     if kind in (".glb", ".gltf"):
@@ -44,6 +51,8 @@ def refuse_broken(path: Path) -> None:
         refuse_stl(path, head, size)
     else:
         refuse_obj(path, head)
+    if kind in (".ply", ".obj"):  # those of glTF stand in its tree, which is checked above
+        refuse_beside(path)
 
 
 def refuse_ply(path: Path, head: bytes, size: int) -> None:
@@ -98,11 +107,20 @@ def refuse_stl(path: Path, head: bytes, size: int) -> None:
 
 
 def refuse_obj(path: Path, head: bytes) -> None:
-    """Raise SceneError for an OBJ file that is no text, or names a file outside its own folder."""
+    """Raise SceneError for an OBJ file that is no text."""
     if b"\0" in head:
         raise SceneError(f"{path} is no OBJ file: it is not text.")
-    for name in re.findall(rb"(?m)^mtllib[ \t]+(.+?)[ \t\r]*$", head):
-        refuse_outside(path, name.decode("utf-8", "replace"))
+
+
+def refuse_beside(path: Path) -> None:
+    """Raise SceneError where a file that the mesh names is outside its folder, or its pictures are huge."""
+    for name in named(path):
+        refuse_outside(path, name)
+    try:
+        refuse_many_pixels(beside.read_bytes() for beside in companions(path)
+                           if beside.suffix.lower() in PICTURE_KINDS)
+    except ValueError as error:
+        raise SceneError(f"{path} is broken: {error}.") from None
 
 
 def refuse_outside(path: Path, name: str) -> None:

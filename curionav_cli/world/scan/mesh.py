@@ -12,13 +12,15 @@ AXES = {  # rows: the file's axes that become x, y and z of the world, z up; eac
     "-y": ((1, 0, 0), (0, 0, 1), (0, -1, 0)), "-x": ((0, 0, 1), (0, 1, 0), (-1, 0, 0)),
 }
 
+PART = 100_000  # triangles at once, which bounds the memory for their corners
+
 
 @dataclass(frozen=True)
 class Mesh:
     """V vertices and F triangles. vertices (V, 3) float32, metres; faces (F, 3) int32.
 
     colour (V, 3) uint8 sRGB, read where texture is -1; texture (F,) int16 indexes `textures`, images (H, W, 3) uint8;
-    uv (V, 2) float32, v upwards.
+    uv (V, 2) float32, v upwards. Without textures texture and uv are empty.
     """
 
     vertices: np.ndarray
@@ -42,5 +44,8 @@ class Mesh:
 
     def crosses(self) -> np.ndarray:
         """(F, 3) float32: normals, twice as long as their triangle's area."""
-        a, b, c = (self.vertices[self.faces[:, corner]] for corner in range(3))
-        return np.cross(b - a, c - a)
+        found = np.empty((len(self.faces), 3), np.float32)
+        for at in range(0, len(found), PART):
+            a, b, c = self.corners(slice(at, at + PART)).transpose(1, 0, 2)
+            found[at:at + PART] = np.cross(b - a, c - a)
+        return found

@@ -9,17 +9,19 @@ from curionav_cli.world.scan.mesh import Mesh
 SPACING = 0.01  # metres between points: the nearest one is at most 0.2 mm farther than the edge, seen from 0.1 m
 MANY = 1_000_000  # points, beyond which those of one square of MERGED metres become one
 MERGED = 0.002
-PART = 500_000  # triangles cut at once
+PART = 100_000  # triangles cut at once
 
 
 def obstacle_points(mesh: Mesh, low: float, high: float) -> np.ndarray:
     """(n, 2) float64: points along the outlines, from above, of all that is between two heights, metres."""
-    z = mesh.vertices[:, 2][mesh.faces]
-    which = np.flatnonzero((z.max(axis=1) > low) & (z.min(axis=1) < high))
-    parts = [_points(mesh.corners(which[at:at + PART]).astype(np.float64), low, high)
-             for at in range(0, len(which), PART)]
-    points = np.concatenate(parts) if parts else np.zeros((0, 2))
-    return merged(points) if len(points) > MANY else points
+    above, below = mesh.vertices[:, 2] > low, mesh.vertices[:, 2] < high
+    which = np.flatnonzero(above[mesh.faces].any(axis=1) & below[mesh.faces].any(axis=1))
+    points, many = np.zeros((0, 2)), False
+    for at in range(0, len(which), PART):
+        points = np.concatenate([points, _points(mesh.corners(which[at:at + PART]).astype(np.float64), low, high)])
+        if len(points) > MANY:
+            points, many = merged(points), True
+    return merged(points) if many else points
 
 
 def merged(points: np.ndarray) -> np.ndarray:

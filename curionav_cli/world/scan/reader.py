@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import gc
+import hashlib
 import warnings
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -13,6 +16,7 @@ from curionav_cli.world.scan.limits import MOST_TRIANGLES, refuse_broken
 from curionav_cli.world.scan.mesh import Mesh
 from curionav_cli.world.scan.tracer import extra
 
+LARGEST = 4096  # texels of a picture's side; larger ones are halved
 GREY = 176  # of a mesh without colours
 DISPLAY = 2.2  # glTF multiplies light, and pictures hold its root
 
@@ -36,6 +40,9 @@ def read_mesh(path: Path) -> Mesh:
     except Exception as error:  # readers raise every kind of exception for broken files
         line = next(iter(str(error).splitlines()), "") or type(error).__name__
         raise SceneError(f"{path} is no mesh that can be read: {line[:200]}") from None
+    finally:
+        scene = None
+        gc.collect()  # trimesh's objects hold one another, and their arrays are twice as wide as ours
     if not pieces:
         raise SceneError(f"{path} holds no triangles. A cloud of points is no mesh: make one of it first, as "
                          "docs/scans.md says.")
@@ -52,7 +59,7 @@ def piece(part: Any, matrix: np.ndarray) -> Mesh:
         image, factor = surface(part.visual.material)
         if image is not None and part.visual.uv is not None and len(part.visual.uv) == len(vertices):
             texture[:], uv = 0, np.asarray(part.visual.uv, np.float32)
-            images = (image if (factor == 1.0).all() else np.rint(image * factor).astype(np.uint8),)
+            images = (dimmed(image, factor),)
         else:
             colour[:] = np.rint(255.0 * factor)
     elif part.visual.kind == "vertex":
@@ -73,29 +80,43 @@ def surface(material: Any) -> tuple[np.ndarray | None, np.ndarray]:
     if not pbr and image is None:
         factor = material.main_color
     light = np.ones(3) if factor is None else np.asarray(factor, np.float64)[:3] / 255.0
-    return (None if image is None else np.asarray(image.convert("RGB"))), light ** (1.0 / DISPLAY) if pbr else light
+    return (None if image is None else pixels(image)), light ** (1.0 / DISPLAY) if pbr else light
+
+
+def pixels(image: Any) -> np.ndarray:
+    """(H, W, 3) uint8 of a PIL.Image; one with a side beyond LARGEST is halved until it has none."""
+    image = image if image.mode == "RGB" else image.convert("RGB")
+    while max(image.size) > LARGEST:
+        image = image.reduce(2)
+    return np.asarray(image)
+
+
+def dimmed(image: np.ndarray, factor: np.ndarray) -> np.ndarray:
+    """A picture times a colour (3,), 0 to 1."""
+    if (factor == 1.0).all():
+        return image
+    tables = np.rint(np.arange(256)[:, None] * factor).astype(np.uint8)
+    return np.stack([tables[:, channel].take(image[..., channel]) for channel in range(3)], axis=-1)
 
 
 def joined(pieces: list[Mesh]) -> Mesh:
     """One mesh of several; a picture that several share is kept once."""
     before = np.cumsum([0] + [len(part.vertices) for part in pieces])
-    pictures: dict[bytes, int] = {}
-    textures: list[np.ndarray] = []
+    pictures: dict[str, tuple[int, np.ndarray]] = {}
     number = []
     for part in pieces:
         for image in part.textures:
-            key = repr(image.shape).encode() + image.tobytes()
-            if key not in pictures:
-                pictures[key] = len(textures)
-                textures.append(image)
-            number.append(np.full(len(part.faces), pictures[key], np.int16))
+            seen = f"{image.shape} {hashlib.sha256(np.ascontiguousarray(image)).hexdigest()}"
+            at, _ = pictures.setdefault(seen, (len(pictures), image))
+            number.append(np.full(len(part.faces), at, np.int16))
         if not part.textures:
             number.append(part.texture)
     def stacked(name: str) -> np.ndarray:
         return np.concatenate([getattr(part, name) for part in pieces])
     faces = np.concatenate([part.faces + first for part, first in zip(pieces, before[:-1].tolist(), strict=True)])
-    return Mesh(stacked("vertices"), faces.astype(np.int32), stacked("colour"), np.concatenate(number),
-                tuple(textures), stacked("uv"))
+    held = Mesh(stacked("vertices"), faces.astype(np.int32, copy=False), stacked("colour"), np.concatenate(number),
+                tuple(image for _, image in pictures.values()), stacked("uv"))
+    return held if held.textures else replace(held, texture=held.texture[:0].copy(), uv=held.uv[:0].copy())
 
 
 def sound(mesh: Mesh, path: Path) -> Mesh:

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import numpy as np
 
-from curionav_cli.world.render.texture_atlas import pack
+from curionav_cli.world.render.texture_atlas import GREEN, RED_BLUE, pack
 from curionav_cli.world.scan.mesh import Mesh
 from curionav_cli.world.scan.tracer import Hits
 
 NOTHING = 188 | 192 << 8 | 196 << 16  # what is seen through a hole: the haze of the other worlds
-LARGEST = 4096  # texels of a picture's side; larger ones are halved
 LEVELS = 8
 EXPONENT, BIAS = 23, 127  # of a float32's bits
 
@@ -23,17 +24,21 @@ class Texels:
 
     def __init__(self, mesh: Mesh):
         self._texture, self.textured = mesh.texture, bool(len(mesh.textures))
-        self.mixed = bool((mesh.texture < 0).any())
-        if self.mixed:
-            self._corners = mesh.colour[mesh.faces].reshape(-1, 9)
+        self.mixed = self.textured and bool((mesh.texture < 0).any())
+        if self.mixed or not self.textured:
+            self._corners = pack(mesh.colour)[mesh.faces]
         if self.textured:
             self._load(mesh)
 
     def _load(self, mesh: Mesh) -> None:
-        flat = [level for image in mesh.textures for level in pyramid(image)]
-        self._texels = np.concatenate([pack(level).ravel() for level in flat])
-        self._height, self._width = np.array([level.shape[:2] for level in flat], np.float32).T.copy()
-        self._first = np.cumsum([0] + [level.shape[0] * level.shape[1] for level in flat])[:-1]
+        sides = np.array([[-(-side // 2**level) for side in image.shape[:2]] for image in mesh.textures
+                          for level in range(LEVELS)])
+        self._height, self._width = sides.T.astype(np.float32)
+        ends = np.cumsum(sides.prod(axis=1))
+        self._first, self._texels = ends - sides.prod(axis=1), np.empty(ends[-1], np.uint32)
+        levels = (level for image in mesh.textures for level in pyramid(image))
+        for first, end, level in zip(self._first, ends, levels, strict=True):
+            self._texels[first:end] = pack(level).ravel()
         uv = mesh.uv[mesh.faces]
         uv[..., 1] = 1.0 - uv[..., 1]  # pictures begin at the top
         one, other = uv[:, 1] - uv[:, 0], uv[:, 2] - uv[:, 0]
@@ -55,14 +60,19 @@ class Texels:
         return found
 
     def _plain(self, hits: Hits) -> np.ndarray:
-        """The colours of the corners, mixed."""
-        nine = self._corners.take(hits.face, axis=0, mode="wrap").astype(np.float32)
-        found = np.zeros(len(nine), np.uint32)
-        for channel in (2, 1, 0):
-            first = nine[:, channel]
-            mixed = first + hits.u * (nine[:, 3 + channel] - first) + hits.v * (nine[:, 6 + channel] - first)
-            found <<= 8
-            found |= (mixed + np.float32(0.5)).astype(np.uint32)
+        """The colours of the corners, mixed in 256 steps: red and blue in one number, green in another."""
+        corners = self._corners.take(hits.face, axis=0, mode="wrap")
+        second, third = ((weight * np.float32(256.0)).astype(np.uint32) for weight in (hits.u, hits.v))
+        first = 256 - second - third
+        found = np.zeros(len(corners), np.uint32)
+        for channels in (RED_BLUE, GREEN):
+            part = corners & channels
+            mixed = part[:, 0] * first
+            mixed += part[:, 1] * second
+            mixed += part[:, 2] * third
+            mixed >>= 8
+            mixed &= channels
+            found |= mixed
         return found
 
     def _painted(self, hits: Hits, directions: np.ndarray, pixel: float) -> np.ndarray:
@@ -92,14 +102,12 @@ class Texels:
         return np.clip(level, 0, LEVELS - 1, out=level)
 
 
-def pyramid(image: np.ndarray) -> list[np.ndarray]:
-    """A picture and its halves, LEVELS in all; one that is too large is halved first."""
-    while max(image.shape[:2]) > LARGEST:
-        image = halved(image)
-    levels = [image]
-    while len(levels) < LEVELS:
-        levels.append(halved(levels[-1]))
-    return levels
+def pyramid(image: np.ndarray) -> Iterator[np.ndarray]:
+    """A picture and its halves, LEVELS in all."""
+    for level in range(LEVELS):
+        yield image
+        if level < LEVELS - 1:
+            image = halved(image)
 
 
 def halved(image: np.ndarray) -> np.ndarray:
