@@ -134,11 +134,13 @@ def test_velocity_commands_with_and_without_a_header() -> None:
 
 
 @pytest.mark.parametrize(("kind", "message", "found"), [
-    ("kobuki_msgs/BumperEvent", {"bumper": 1, "state": 1}, {"bumper_1": True}),
+    ("kobuki_msgs/BumperEvent", {"bumper": 1, "state": 1}, {"bumper_centre": True}),
     ("kobuki_msgs/CliffEvent", {"sensor": 2, "state": 0, "bottom": 5}, {"cliff_2": False}),
     ("kobuki_msgs/WheelDropEvent", {"wheel": 0, "state": 1}, {"wheel_drop_0": True}),
-    ("irobot_create_msgs/msg/HazardDetectionVector", {"detections": [{"type": 2}, {"type": 0}]},
-     {"bumper": False, "cliff": True, "stall": False, "wheel_drop": False}),
+    ("irobot_create_msgs/msg/HazardDetectionVector",
+     {"detections": [{"type": 2}, {"type": 0}, {"type": 1, "header": {"frame_id": "bump_front_left"}}]},
+     {"bumper_left": True, "bumper_centre": False, "bumper_right": False, "cliff": True, "stall": False,
+      "wheel_drop": False}),
     ("turtlebot3_msgs/msg/SensorState", {"bumper": 0}, {"bumper": False}),
 ])
 def test_contacts_of_every_maker(kind: str, message: dict, found: dict) -> None:
