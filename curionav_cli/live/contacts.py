@@ -11,6 +11,7 @@ from curionav_cli.robot.measurements import Signals
 
 KOBUKI_EMPTY, KOBUKI_FULL = 13.2, 16.5  # volts
 KOBUKI_CHARGING = (2, 6)  # SensorState.charger on the dock: charged, charging
+SUPPLY_CHARGING, SUPPLY_DISCHARGING, SUPPLY_FULL = 1, 2, 4  # BatteryState.power_supply_status
 CREATE_HAZARDS = {1: "bumper", 2: "cliff", 3: "stall", 4: "wheel_drop"}  # HazardDetection.type
 SIDES = ("left", "centre", "right")  # of the bumper, in the order of kobuki_msgs/BumperEvent
 
@@ -86,7 +87,10 @@ def charge(message: Message, kind: str) -> float | None:
 
 
 def dock_light(message: Message, kind: str) -> Signals:
-    """What the infrared receivers see (kobuki_msgs/DockInfraRed): bits of the right, the centre and the left one."""
+    """What the infrared receivers see: bits of the right, the centre and the left one.
+
+    kobuki_msgs/DockInfraRed, or std_msgs/UInt8MultiArray with the same three bytes.
+    """
     with expected(kind):
         right, centre, left = raw_bytes(message["data"])
     return right, centre, left
@@ -97,4 +101,6 @@ def docked(message: Message, kind: str) -> bool:
     with expected(kind):
         if kind.endswith("/SensorState"):
             return int(message["charger"]) in KOBUKI_CHARGING
+        if kind.endswith("/BatteryState"):
+            return int(message["power_supply_status"]) in (SUPPLY_CHARGING, SUPPLY_FULL)
         return bool(message["is_docked"])

@@ -1,9 +1,11 @@
 """A robot that is not ours: a Husky in PyBullet behind ROS 2 nodes of rclpy, run by .peers/venv (make ros-peer).
 
-Sends /image (Image rgb8), /depth (Image 32FC1), /odom, /imu, /battery_state and listens to /cmd_vel (TwistStamped).
-/dock and /undock are actions of type test_msgs/action/Fibonacci, an action type that PyPI has. Lines on standard input
-change it: silent TOPIC, speak TOPIC, dock succeed|abort|hang, encoding NAME, jump METRES, side PIXELS.
-It prints READY, then a line for each change of its velocity: MOVE time speed rate.
+Sends /image (Image rgb8), /depth (Image 32FC1), /odom, /imu, /battery_state and listens to /cmd_vel (TwistStamped) and
+/cmd_vel_plain (Twist). /dock and /undock are actions of type test_msgs/action/Fibonacci, an action type that PyPI has.
+Lines on standard input change it: silent TOPIC, speak TOPIC, dock succeed|abort|hang, encoding NAME, jump METRES, side
+PIXELS, metres 32FC1|16UC1 (of depth), late SECONDS (after each image comes a black one, which is so much older).
+It prints READY, HEARD for each such line, GOAL NAME as it takes a goal, and MOVE time speed rate where its velocity
+changes.
 """
 
 from __future__ import annotations
@@ -17,7 +19,8 @@ import numpy as np
 import pybullet
 import pybullet_data
 import rclpy
-from geometry_msgs.msg import TwistStamped
+from builtin_interfaces.msg import Time
+from geometry_msgs.msg import Twist, TwistStamped
 from nav_msgs.msg import Odometry
 from rclpy.action import ActionServer, CancelResponse
 from rclpy.callback_groups import ReentrantCallbackGroup
@@ -46,12 +49,14 @@ class Robot(Node):
             self.box(at, half)
         self.command, self.commanded, self.silent, self.docking = (0.0, 0.0), 0.0, set(), "succeed"
         self.encoding, self.offset, self.ticks, self.last, self.side = "rgb8", 0.0, 0, (0.0, 0.0), SIDE
+        self.metres, self.late = "32FC1", 0
         group = ReentrantCallbackGroup()
         self.out = {"image": self.create_publisher(Image, "/image", 5),
                     "depth": self.create_publisher(Image, "/depth", 5),
                     "odom": self.create_publisher(Odometry, "/odom", 10), "imu": self.create_publisher(Imu, "/imu", 10),
                     "battery": self.create_publisher(BatteryState, "/battery_state", 5)}
-        self.create_subscription(TwistStamped, "/cmd_vel", self.drive, 10)
+        self.create_subscription(TwistStamped, "/cmd_vel", lambda message: self.drive(message.twist), 10)
+        self.create_subscription(Twist, "/cmd_vel_plain", self.drive, 10)
         for name in ("dock", "undock"):
             ActionServer(self, Fibonacci, f"/{name}", lambda goal, name=name: self.act(goal, name),
                          cancel_callback=lambda goal: CancelResponse.ACCEPT, callback_group=group)
@@ -63,12 +68,13 @@ class Robot(Node):
         look = pybullet.createVisualShape(pybullet.GEOM_BOX, halfExtents=size, rgbaColor=colour)
         pybullet.createMultiBody(0, shape, look, [*at, 0.5])
 
-    def drive(self, message: TwistStamped) -> None:
-        self.command = message.twist.linear.x, message.twist.angular.z
+    def drive(self, message: Twist) -> None:
+        self.command = message.linear.x, message.angular.z
         self.commanded = time.monotonic()
 
     def act(self, goal, name: str):
         """Dock or undock: a second of work, then the outcome that was set."""
+        print(f"GOAL {name}", flush=True)
         began = time.monotonic()
         while time.monotonic() < began + 1.0 or self.docking == "hang":
             if goal.is_cancel_requested:
@@ -143,7 +149,11 @@ class Robot(Node):
         metres = FAR * NEAR / (FAR - (FAR - NEAR) * np.reshape(depth, (side, side)))
         rgb = rgb[:, :, ::-1] if self.encoding == "bgr8" else rgb
         self.publish("image", self.picture(rgb, self.encoding, 3 * side, stamp))
-        self.publish("depth", self.picture(metres.astype(np.float32), "32FC1", 4 * side, stamp))
+        if self.late:
+            older = Time(sec=stamp.sec - self.late, nanosec=stamp.nanosec)
+            self.publish("image", self.picture(np.zeros_like(rgb), self.encoding, 3 * side, older))
+        depth = metres.astype(np.float32) if self.metres == "32FC1" else np.round(1000.0 * metres).astype(np.uint16)
+        self.publish("depth", self.picture(depth, self.metres, depth.itemsize * side, stamp))
 
     @staticmethod
     def picture(pixels, encoding: str, step: int, stamp) -> Image:
@@ -169,8 +179,13 @@ class Robot(Node):
             self.encoding = value
         elif verb == "side":
             self.side = int(value)
+        elif verb == "metres":
+            self.metres = value
+        elif verb == "late":
+            self.late = int(value)
         elif verb == "jump":
             self.offset += float(value)
+        print(f"HEARD {verb}", flush=True)
 
 
 def main() -> None:

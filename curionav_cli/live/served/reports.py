@@ -12,7 +12,15 @@ import cv2
 import numpy as np
 
 from curionav_cli.errors import ConfigError
-from curionav_cli.live.contacts import CREATE_HAZARDS, KOBUKI_CHARGING, KOBUKI_EMPTY, KOBUKI_FULL, SIDES
+from curionav_cli.live.contacts import (
+    CREATE_HAZARDS,
+    KOBUKI_CHARGING,
+    KOBUKI_EMPTY,
+    KOBUKI_FULL,
+    SIDES,
+    SUPPLY_CHARGING,
+    SUPPLY_DISCHARGING,
+)
 from curionav_cli.live.messages import stamp
 from curionav_cli.live.served.body import TICK, ServedBody
 from curionav_cli.live.transport import Message
@@ -105,7 +113,9 @@ def laser(now: Moment) -> Message:
 
 def battery(now: Moment) -> Message:
     """sensor_msgs/BatteryState."""
-    return {**now.header(BASE), "percentage": share(now), "voltage": FULL_VOLTS, "present": True}
+    status = SUPPLY_CHARGING if now.body.charging else SUPPLY_DISCHARGING
+    return {**now.header(BASE), "percentage": share(now), "voltage": FULL_VOLTS, "present": True,
+            "power_supply_status": status}
 
 
 def share(now: Moment) -> float:
@@ -138,10 +148,14 @@ def kobuki_quiet(now: Moment) -> Message:
     return {"sensor": 0, "wheel": 0, "state": 0}
 
 
+def light(now: Moment) -> Message:
+    """std_msgs/UInt8MultiArray: a frame of the right, the centre and the left receiver."""
+    return {"data": base64.b64encode(bytes(now.body.infrared.frame(now.body.body.pose))).decode()}
+
+
 def kobuki_light(now: Moment) -> Message:
-    """kobuki_msgs/DockInfraRed: a frame of the right, the centre and the left receiver."""
-    data = base64.b64encode(bytes(now.body.infrared.frame(now.body.body.pose))).decode()
-    return {**now.header(BASE), "data": data}
+    """kobuki_msgs/DockInfraRed: the same."""
+    return {**now.header(BASE), **light(now)}
 
 
 def hazards(now: Moment) -> Message:
@@ -175,8 +189,8 @@ TOUCH: dict[str, Writer] = {"BumperEvent": kobuki_bumper, "CliffEvent": kobuki_q
 WRITERS: dict[str, dict[str, Writer]] = {
     "image": {"CompressedImage": compressed, "Image": colour}, "depth": {"Image": depth}, "scan": {"LaserScan": laser},
     "odom": {"Odometry": odometry}, "imu": {"Imu": gyro}, "battery": POWER,
-    "docked": {"DockStatus": dock_status, "SensorState": kobuki_state}, "contact": TOUCH,
-    "dock_ir": {"DockInfraRed": kobuki_light},
+    "docked": {"DockStatus": dock_status, "SensorState": kobuki_state, "BatteryState": battery}, "contact": TOUCH,
+    "dock_ir": {"DockInfraRed": kobuki_light, "UInt8MultiArray": light},
     "truth": {"Odometry": ground_truth}, "frames": {"TFMessage": frames}, "clock": {"Clock": clock}}
 
 
