@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from curionav_cli.live.base import LiveBase
+from curionav_cli.live.base import Charge, LiveBase
 from curionav_cli.live.contacts import side_of
 from curionav_cli.records import Pose
 from curionav_cli.robot.docking.action import Goal, Phase
@@ -25,7 +25,7 @@ class Approaching:
         return self.base.hazard
 
     @property
-    def battery(self):
+    def battery(self) -> Charge:
         return self.base.battery
 
     @property

@@ -3,10 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 
 import pytest
+import yaml
 from worlds import World, settings_of
 
+from curionav_cli.config.compose import composed
+from curionav_cli.config.settings import read_settings, settings_yaml
+from curionav_cli.live.check import contents, in_bits
 from curionav_cli.live.contacts import touches
 from curionav_cli.live.served.body import RATE
 from curionav_cli.robot.measurements import Reading
@@ -20,6 +25,7 @@ def test_it_docks_by_light_and_a_silent_receiver_asks_for_a_person() -> None:
     world.link = replace(world.link, docking=replace(world.link.docking, staging=0.5))
     env = world.explorer(asked)
     assert env.reset(seed=0)[1]["dock"] is None and not asked
+    assert {finding.what: finding.about for finding in contents(env.base)}["content dock_ir"] == "no light of a dock"
     body, docked = world.robot.body, list[bool]()
     report_tick = body.after
 
@@ -64,3 +70,16 @@ def test_a_bumper_that_was_pressed_is_let_go() -> None:
         found.append(sorted(name for name, pressed in touching.items() if pressed))
     sides = [[], ["left"], ["left"], ["right"], [], ["centre"], []]
     assert found == [[f"bumper_{side}" for side in pressed] for pressed in sides]
+
+
+def test_the_light_is_told_in_the_bits_of_the_kobuki() -> None:
+    assert in_bits((0, 10, 16)) == "right 0, centre 10, left 16"
+
+
+def test_a_run_from_before_there_was_docking_by_light_is_read(tmp_path: Path) -> None:
+    now = composed("explore", "env=live", "robot=rosbridge")
+    older = yaml.safe_load(settings_yaml(now))
+    del older["robot"]["docking"], older["robot"]["profile"]["dock_ir"]
+    (tmp_path / "config.yaml").write_text(yaml.safe_dump(older))
+    found = read_settings(tmp_path / "config.yaml").robot
+    assert found.docking == now.robot.docking and not found.profile.dock_ir.name

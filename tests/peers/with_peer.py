@@ -26,6 +26,7 @@ def main() -> int:
     if not READY.exists():
         print("There is no ROS 2 peer. Install it: make ros-peer", file=sys.stderr)
         return 2
+    signal.signal(signal.SIGTERM, lambda number, frame: sys.exit(128 + number))
     folder = words.log or Path(mkdtemp(prefix="curionav_peer_"))
     folder.mkdir(parents=True, exist_ok=True)
     peer = Peer(folder)
@@ -43,9 +44,13 @@ def run(command: list[str], where: list[str]) -> int:
             signal.pause()
         return 0
     child = subprocess.Popen([*command, *where])
-    while True:
-        with suppress(KeyboardInterrupt):
-            return child.wait()
+    try:
+        while True:
+            with suppress(KeyboardInterrupt):
+                return child.wait()
+    finally:
+        child.terminate()  # after a SIGTERM; a child that has ended stays as it is
+        child.wait()
 
 
 if __name__ == "__main__":
