@@ -82,7 +82,7 @@ else
   MEASURED = loop.episodes=5
 endif
 
-.PHONY: help setup explore controls teach pretrained test docs clients trackers ros-peer lint clean figures cost comparison paper-vs-ours $(FIGURES) $(TABLES)
+.PHONY: help setup explore controls teach pretrained test docs clients trackers ros-peer ros-explore lint clean figures cost comparison paper-vs-ours $(FIGURES) $(TABLES)
 
 help:
 	@echo "make explore   set up, then run LBS Dreamer in a room, beside random and bounce"
@@ -232,6 +232,12 @@ PEERS = .peers/venv
 
 ros-peer: $(READY) .peers/.ready
 	.venv/bin/python -m pytest -q -n 0 -m 'ros2 and not slow' tests/live
+
+# LBS Dreamer on that robot: three episodes, docking between them. STALE: seconds, more where the machine is busy.
+STALE ?= 3
+ros-explore: $(READY) .peers/.ready
+	.venv/bin/python tests/peers/with_peer.py .venv/bin/curionav explore -cd tests/peers/conf env=live robot=rosbridge \
+		robot/profile=peer robot.stale=$(STALE) agent=lbs_dreamer scale=cpu loop.steps=100 loop.iterations=20 loop.episodes=3
 
 lint: $(READY)
 	.venv/bin/ruff check .

@@ -111,7 +111,8 @@ class Episode:
     x y yaw in metres and radians; collided (T,) bool, forward moves that were cut short or cancelled; events: what
     changed in the world before the episode (moved objects, light). With odometry drift also estimate (T+1, 3), the
     estimated x y yaw, and dock, the return to dock before the episode as a dictionary of DockReport (None before the
-    first).
+    first). Of a bag also depth (T+1, 64, 64) float32, metres along the optical axis, where the bag has it; nothing
+    that learns uses it, so that `load` leaves it out unless it is asked for.
     """
 
     image: np.ndarray
@@ -121,6 +122,7 @@ class Episode:
     events: tuple[dict[str, Any], ...] = field(default=())
     estimate: np.ndarray | None = None
     dock: dict[str, Any] | None = None
+    depth: np.ndarray | None = None
 
     def __len__(self) -> int:
         return len(self.action)
@@ -134,10 +136,10 @@ class Episode:
         if len(kept.action) == len(self):  # every step was chosen, and a choice of one step is its primitive action
             return self
         frame = kept.frame
-        estimate = None if self.estimate is None else self.estimate[frame]
+        estimate, depth = (None if array is None else array[frame] for array in (self.estimate, self.depth))
         collided = np.array([self.collided[first:end].any() for first, end in pairwise(frame)], bool)
         return replace(self, image=self.image[frame], action=kept.action, pose=self.pose[frame], estimate=estimate,
-                       collided=collided)
+                       collided=collided, depth=depth)
 
     def save(self, path: Path) -> None:
         """Write the episode as npz, whole or absent; same bytes for the same episode."""
@@ -145,12 +147,18 @@ class Episode:
                   "events": np.array(json.dumps(self.events))}
         if self.estimate is not None:
             arrays |= {"estimate": self.estimate, "dock": np.array(json.dumps(self.dock))}
+        if self.depth is not None:
+            arrays["depth"] = self.depth
         write_arrays(path, arrays)
 
     @classmethod
-    def load(cls, path: Path) -> Episode:
-        """Read what `save` wrote. Raises RunFolderError where the file is broken or the shapes do not fit."""
-        arrays = read_arrays(path, ("image", "action", "pose", "collided", "events"), ("estimate", "dock"))
+    def load(cls, path: Path, depth: bool = False) -> Episode:
+        """Read what `save` wrote. Raises RunFolderError where the file is broken or the shapes do not fit.
+
+        depth: read it too, where the file has it.
+        """
+        optional = ("estimate", "dock", *(["depth"] if depth else []))
+        arrays = read_arrays(path, ("image", "action", "pose", "collided", "events"), optional)
         with understood(path):
             events = tuple(json.loads(str(arrays.pop("events"))))
             dock = json.loads(str(arrays.pop("dock", "null")))
@@ -161,6 +169,9 @@ class Episode:
                 not np.isin(action, ACTIONS).all():
             raise RunFolderError(f"{path} holds no episode: its images are {image.dtype} {image.shape}, "
                                  f"for {len(action)} actions that should be 0, 1 or 2.")
+        if "depth" in arrays and (arrays["depth"].dtype, arrays["depth"].shape) != (np.float32, image.shape[:3]):
+            raise RunFolderError(f"{path} holds depth of {arrays['depth'].dtype} {arrays['depth'].shape}, "
+                                 f"for {len(image)} images.")
         return cls(**arrays, events=events, dock=dock)
 
 

@@ -17,7 +17,7 @@ from curionav_cli.bags.source import Source
 from curionav_cli.errors import BagError
 from curionav_cli.files import file_name, read_json, write_bytes
 
-RULES = 1  # raised when the same bag makes other episodes
+RULES = 2  # raised when the same bag makes other episodes
 ENDINGS = (".mcap", ".bag", ".db3")
 METADATA, REPORT = "metadata.yaml", "report.json"
 

@@ -55,6 +55,11 @@ class Form:
         plain = self.source.image.removesuffix(COMPRESSED)
         return plain + COMPRESSED * self.packed
 
+    @property
+    def depth(self) -> str:
+        """The topic of the depth images."""
+        return self.source.depth or DEPTH
+
 
 def write(folder: Path, episode: Episode, number: int, form: Form, depth: np.ndarray | None, grid: Map | None,
           about: dict[str, Any]) -> None:
@@ -65,7 +70,8 @@ def write(folder: Path, episode: Episode, number: int, form: Form, depth: np.nda
     start = SINCE + number * DAY
     with BagWriter(folder, LATCHED) as bag:
         told = {ours.MARK: ours.LAYOUT, "image": form.image, "episode": number, "steps": len(episode),
-                "events": list(episode.events), **({} if episode.estimate is None else {"dock": episode.dock}), **about}
+                "events": list(episode.events), **({} if episode.estimate is None else {"dock": episode.dock}),
+                **({} if depth is None else {"depth": form.depth}), **about}
         bag.write(ours.EPISODE, start, messages.text(json.dumps(told)))
         bag.write(ours.TF_STATIC, start, messages.transforms(messages.camera(form.camera, start)))
         if grid is not None:
@@ -82,7 +88,7 @@ def frame_messages(episode: Episode, frame: int, form: Form, depth: np.ndarray |
     picture = messages.png if form.packed else messages.raw
     yield form.image, picture(episode.image[frame], at)
     if depth is not None:
-        yield form.source.depth or DEPTH, messages.raw(depth[frame], at)
+        yield form.depth, messages.raw(depth[frame], at)
     yield from motion(episode, frame, form, at)
     collided = float(frame > 0 and episode.collided[frame - 1])
     yield ours.STATE, messages.numbers(STATE, *episode.pose[frame], collided)

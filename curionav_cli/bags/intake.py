@@ -11,19 +11,23 @@ import numpy as np
 
 from curionav_cli.bags import recorded
 from curionav_cli.bags.cut import Piece, cut
-from curionav_cli.bags.reader import IMAGES, ODOMETRY, Bag, Received, opened, printable
+from curionav_cli.bags.reader import DEPTHS, IMAGES, ODOMETRY, Bag, Received, opened, printable
 from curionav_cli.bags.source import Source
 from curionav_cli.bags.track import MOST, Tracker
 from curionav_cli.constants import ACTIONS
 from curionav_cli.errors import BagError
-from curionav_cli.live.images import picture
+from curionav_cli.live.images import depth, picture
 from curionav_cli.live.messages import stamp_of
 from curionav_cli.live.safety import MessageFault
 from curionav_cli.live.travel import RESTART
 from curionav_cli.records import Episode
 
 UNUSABLE = "unusable messages, such as "
+NO_DEPTH = "depth images that cannot be used"
 NAMED = 12  # topics in a message
+BESIDE = 0.2  # seconds from a depth image to the image that it belongs to
+
+Frame = tuple[np.ndarray, np.ndarray | None]  # image (64, 64, 3) uint8, depth (64, 64) float32 metres
 
 
 def episodes(path: Path, sources: Sequence[Source], report: dict[str, Any]) -> Iterator[Episode]:
@@ -57,7 +61,7 @@ def driven(bag: Bag, sources: Sequence[Source], report: dict[str, Any]) -> Itera
             report["seconds"] += float(stretch.stamp[-1] - stretch.stamp[0])
             pieces += [piece._replace(image=[numbers[one] for one in piece.image])
                        for piece in cut(stretch, np.array(stamps), report["left_out"])]
-    return pictured(bag, image, source.crop, pieces, report["left_out"])
+    return pictured(bag, image, source, pieces, report["left_out"])
 
 
 def chosen(bag: Bag, sources: Sequence[Source]) -> tuple[Source, str]:
@@ -134,28 +138,53 @@ def unusable(left_out: Counter[str], fault: MessageFault) -> str:
     return next((key for key in left_out if key.startswith(UNUSABLE)), f"{UNUSABLE}{printable(str(fault))}")
 
 
-def pictured(bag: Bag, topic: str, crop: float, pieces: Sequence[Piece], left_out: Counter[str]) -> Iterator[Episode]:
+def pictured(bag: Bag, topic: str, source: Source, pieces: Sequence[Piece],
+             left_out: Counter[str]) -> Iterator[Episode]:
     """Yield the pieces with their images, which are read once more; a broken image cuts its piece in two."""
     wanted = iter([(piece, index) for piece in pieces for index in range(len(piece.image))])
     piece, index = next(wanted, (None, 0))
-    images: list[np.ndarray] = []
-    for number, one in enumerate(bag.messages(topic)):
+    frames: list[Frame] = []
+    for number, (one, beside) in enumerate(views(bag, topic, source.depth)):
         while piece is not None and piece.image[index] == number:
             try:
-                images.append(picture(one.message, one.kind, crop))
+                frames.append((picture(one.message, one.kind, source.crop), measured(beside, source, left_out)))
             except MessageFault as fault:
                 left_out[unusable(left_out, fault)] += 1
-                yield from whole(piece, index, images)
-                images = []
+                yield from whole(piece, index, frames)
+                frames = []
             if index + 1 == len(piece.image):
-                yield from whole(piece, index + 1, images)
-                images = []
+                yield from whole(piece, index + 1, frames)
+                frames = []
             piece, index = next(wanted, (None, 0))
 
 
-def whole(piece: Piece, end: int, images: list[np.ndarray]) -> Iterator[Episode]:
-    """The episode of the frames before `end` of a piece, as many as there are images; none where it has no move."""
-    if len(images) > 1:
-        first = end - len(images)
-        yield Episode(np.stack(images), np.array(piece.action[first:end - 1], np.int64), piece.pose[first:end].copy(),
-                      np.zeros(len(images) - 1, bool))
+def views(bag: Bag, image: str, depth: str) -> Iterator[tuple[Received, Received | None]]:
+    """Yield each image with the depth image that was recorded last before it, by BESIDE seconds at most."""
+    last: Received | None = None
+    for one in bag.messages(image, *([depth] if bag.topics.get(depth) == DEPTHS else [])):
+        if one.topic == image:
+            yield one, last if last and one.recorded - last.recorded <= BESIDE else None
+        else:
+            last = one
+
+
+def measured(beside: Received | None, source: Source, left_out: Counter[str]) -> np.ndarray | None:
+    """The depth (64, 64) of a frame; None where there is none, or none that can be used."""
+    try:
+        return None if beside is None else depth(beside.message, beside.kind, source.depth_crop)
+    except MessageFault:
+        left_out[NO_DEPTH] += 1
+        return None
+
+
+def whole(piece: Piece, end: int, frames: list[Frame]) -> Iterator[Episode]:
+    """The episode of the frames before `end` of a piece, as many as there are images; none where it has no move.
+
+    It has depth where every frame has.
+    """
+    if len(frames) > 1:
+        first = end - len(frames)
+        near = [metres for _, metres in frames if metres is not None]
+        yield Episode(np.stack([image for image, _ in frames]), np.array(piece.action[first:end - 1], np.int64),
+                      piece.pose[first:end].copy(), np.zeros(len(frames) - 1, bool),
+                      depth=np.stack(near) if len(near) == len(frames) else None)

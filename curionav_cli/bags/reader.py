@@ -22,6 +22,7 @@ from curionav_cli.live.transport import Message
 
 ROS1, ROS2 = get_typestore(Stores.ROS1_NOETIC), get_typestore(Stores.ROS2_HUMBLE)
 IMAGES = ("sensor_msgs/msg/CompressedImage", "sensor_msgs/msg/Image")
+DEPTHS = "sensor_msgs/msg/Image"
 ODOMETRY = ("nav_msgs/msg/Odometry",)
 KNOWN = (*IMAGES, *ODOMETRY, NUMBERS, TEXT)
 LARGEST = 1 << 28  # bytes of a message

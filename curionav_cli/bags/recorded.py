@@ -8,9 +8,10 @@ from typing import Any
 import numpy as np
 
 from curionav_cli.bags import ours
-from curionav_cli.bags.reader import IMAGES, Bag
+from curionav_cli.bags.reader import DEPTHS, IMAGES, Bag
 from curionav_cli.constants import ACTIONS
 from curionav_cli.errors import BagError
+from curionav_cli.live.images import depth as metres
 from curionav_cli.live.images import picture
 from curionav_cli.records import Episode
 
@@ -26,13 +27,14 @@ def episode(bag: Bag) -> Episode:
     state, estimate = rows(bag, ours.STATE, 4), rows(bag, ours.ESTIMATE, 3) if ours.ESTIMATE in bag.topics else None
     action = rows(bag, ours.ACTION, 1)[:, 0]
     image = [picture(one.message, one.kind, 1.0) for one in bag.messages(about["image"])]
-    counts = [len(image), len(state), *([] if estimate is None else [len(estimate)])]
+    depth = [metres(one.message, one.kind, 1.0) for one in bag.messages(about["depth"])] if "depth" in about else None
+    counts = [len(image), len(state), *(len(found) for found in (estimate, depth) if found is not None)]
     if counts != [len(action) + 1] * len(counts) or not len(action):
         raise BagError(f"{bag.path}: {len(action)} actions do not fit to {len(image)} images and {len(state)} states.")
     if not np.isin(action, ACTIONS).all() or not np.isin(state[:, 3], (0.0, 1.0)).all():
         raise BagError(f"{bag.path}: an action that is none of 0, 1, 2, or a collision that is none of 0, 1.")
     return Episode(np.stack(image), action.astype(np.int64), state[:, :3].copy(), state[1:, 3] == 1.0,
-                   tuple(about.get("events", ())), estimate, about.get("dock"))
+                   tuple(about.get("events", ())), estimate, about.get("dock"), np.stack(depth) if depth else None)
 
 
 def told(bag: Bag) -> dict[str, Any]:
@@ -41,7 +43,8 @@ def told(bag: Bag) -> dict[str, Any]:
     try:
         about = json.loads(words)
         known = about[ours.MARK] == ours.LAYOUT and bag.topics.get(about["image"]) in IMAGES
-        fits = isinstance(about.get("events", []), list) and isinstance(about.get("dock"), dict | None)
+        fits = isinstance(about.get("events", []), list) and isinstance(about.get("dock"), dict | None) and (
+            "depth" not in about or bag.topics.get(about["depth"]) == DEPTHS)
     except (ValueError, TypeError, KeyError, AttributeError, RecursionError):
         known = fits = False
     if not (known and fits):

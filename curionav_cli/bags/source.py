@@ -17,13 +17,14 @@ FOLDER = conf_dir() / "robot" / "profile"
 
 @dataclass(frozen=True)
 class Source:
-    """The topics of a kind of robot. image: the compressed or the raw one; crop: see live.settings.View."""
+    """The topics of a kind of robot. image: the compressed or the raw one; crop, depth_crop: see live.settings.View."""
 
     profile: str
     image: str
     odom: str
     depth: str = ""
     crop: float = 1.0
+    depth_crop: float = 1.0
 
     @property
     def images(self) -> tuple[str, ...]:
@@ -46,12 +47,13 @@ def named(name: str) -> Source:
     """The topics of a profile that comes with curionav."""
     raw = yaml.load((FOLDER / f"{name}.yaml").read_text(), LOADER)["robot"]["profile"]
     image = raw["image"]
-    return Source(name, image["name"], raw["odom"]["name"], raw.get("depth", {}).get("name", ""),
-                  float(image.get("crop", 1.0)))
+    depth = raw.get("depth", {})
+    return Source(name, image["name"], raw["odom"]["name"], depth.get("name", ""), float(image.get("crop", 1.0)),
+                  float(depth.get("crop", 1.0)))
 
 
 def of(profile: Profile, namespace: str) -> Source:
     """The topics of these settings of a robot."""
     depth = full(namespace, profile.depth.name) if profile.depth.name else ""
     return Source(profile.name, full(namespace, profile.image.name), full(namespace, profile.odom.name), depth,
-                  profile.image.crop)
+                  profile.image.crop, profile.depth.crop)

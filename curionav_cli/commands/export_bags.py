@@ -106,8 +106,10 @@ def written(jobs: list[Job], chosen: dict[str, str], rate: float) -> Iterator[st
         yield scene
     about = {key: getattr(settings, key).name for key in ("env", "agent", "robot")} | {"seed": settings.seed}
     for job in jobs:
-        episode = Episode.load(run.episode_path(job.number))
-        depth = redrawn.depth(episode, job.number) if redrawn else None
+        episode = Episode.load(run.episode_path(job.number), depth=chosen.get("depth") != "no")
+        depth = episode.depth
+        if redrawn and depth is None:
+            depth = redrawn.depth(episode, job.number)
         if redrawn and depth is None:
             yield f"episode {job.number} has no depth: its images are not what is drawn here from its poses"
         write(job.folder, episode, job.number, form, depth, mapped(run, episode), about)

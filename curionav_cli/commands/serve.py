@@ -81,8 +81,10 @@ def check(link: Rosbridge, world: Config) -> None:
         raise ConfigError(f"robot={world.robot.name} cannot be served. Choose robot=turtlebot2i, with --exact for one "
                           "without drift.")
     if link.profile.ros == 1 and link.profile.actions():
-        raise ConfigError(f"robot.profile={link.profile.name} is of ROS 1, whose actions are not served. Choose a "
-                          "profile of ROS 2, such as turtlebot4.")
+        by_light = " with robot.profile.dock.name='' here and there it docks by infrared light." * \
+            bool(link.profile.dock_ir.name)
+        raise ConfigError(f"robot.profile={link.profile.name} is of ROS 1, whose actions are not served:"
+                          f"{by_light or ' choose a profile of ROS 2, such as turtlebot4.'}")
     topics_of(link, Serving())
     build.scene(world)
 
@@ -98,7 +100,7 @@ def served(world: Config, link: Rosbridge, serving: Serving, names: list[str], t
 def one(world: Config, link: Rosbridge, serving: Serving, seed: int, transport: Transport,
         say: Callable[[str], None], epoch: float) -> ServedRobot:
     scene: Scene = build.scene(world).at(0, seed)[0]
-    body = ServedBody(scene, world.robot, serving, seed, docked=bool(link.profile.dock.name))
+    body = ServedBody(scene, world.robot, serving, seed, docked=link.profile.has_dock)
     return ServedRobot(body, Renderer(scene, world.env.engine.value), link, serving, transport, epoch, say)
 
 

@@ -82,6 +82,8 @@ def read_settings(path: Path, changes: Sequence[str] = ()) -> Config:
         for key, kind in (("floor", Live), ("mesh", Scan)):
             if key in recorded.env:
                 node["env"] = writable(kind)
+        if "homing" in recorded.robot:
+            node.merge_with({"robot": {"docking": by_light()}})
         node.merge_with({"agent": held("agent", [field.name for field in fields(agent)])}, recorded)
         settings = as_settings(node)
     except OSError as error:
@@ -97,6 +99,13 @@ def newer() -> dict[str, Any]:
     """Today's values of settings that an older run may not have."""
     now = yaml.safe_load((conf_dir() / f"{MAIN}.yaml").read_text())
     return {key: now[key] for key in ("learner", "storage", "remote")}
+
+
+def by_light() -> dict[str, Any]:
+    """Today's settings of a real robot that docks by light, which an older run lacks."""
+    folder = conf_dir() / "robot"
+    now = yaml.safe_load((folder / "rosbridge.yaml").read_text())["docking"]
+    return {**now, "approach": yaml.safe_load((folder / "approach" / "kobuki.yaml").read_text())}
 
 
 def changed(config: DictConfig, changes: Sequence[str]) -> Config:

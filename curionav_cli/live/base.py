@@ -6,6 +6,7 @@ import math
 from dataclasses import dataclass
 
 from curionav_cli.live.clock import Clock
+from curionav_cli.live.contacts import side_of
 from curionav_cli.live.safety import Fault
 from curionav_cli.live.sensors import SILENT_ON_DOCK, Sensors
 from curionav_cli.live.settings import Rosbridge
@@ -89,7 +90,9 @@ class LiveBase:
 
     @property
     def silent(self) -> set[str]:
-        return set()  # a silent sensor is a Fault
+        """Only what docking alone needs: other sensors that are silent are a Fault."""
+        by_light = self.settings.profile.by_light
+        return {"infrared"} if by_light and self.sensors.age("dock_ir") > self.settings.stale else set()
 
     @property
     def charging(self) -> bool:
@@ -103,7 +106,7 @@ class LiveBase:
         if distance:
             self.mover.forward(distance, self.pause)
         self.wait_for_view()
-        bump = "centre" if distance > 0.0 and self.sensors.bumped() else None
+        bump = side_of(self.sensors.bumped()) if distance > 0.0 else None
         now = self.sensors.travel.now
         return Reading(0.0, 0.0, max(seconds, PERIOD), now.stamp if now else 0.0, bump)
 
@@ -117,7 +120,7 @@ class LiveBase:
         return self.sensors.ahead()
 
     def signals(self) -> Signals:
-        return 0, 0, 0  # docking is an action of the robot
+        return self.sensors.signals()
 
     # -- docked ---------------------------------------------------------------------------------------------------
 

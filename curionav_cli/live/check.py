@@ -14,6 +14,7 @@ from curionav_cli.live.sensors import SILENT_ON_DOCK, Sensors, full
 from curionav_cli.live.settings import Rosbridge, Topic
 from curionav_cli.live.transport import Transport
 from curionav_cli.robot.corridor import occupied
+from curionav_cli.robot.measurements import Signals
 
 LISTENING = 3.0  # seconds
 OK, ABSENT, WRONG, SILENT, UNKNOWN, LEFT_OUT = "ok", "MISSING", "WRONG", "SILENT", "not known", "left out"
@@ -133,7 +134,8 @@ def contents(base: LiveBase) -> Iterator[Finding]:
                       ("depth", lambda: f"nearest {sensors.depth().min():.2f} m"),
                       ("scan", lambda: f"{len(sensors.around().range)} beams"),
                       ("battery", lambda: in_percent(sensors.charge())),
-                      ("docked", lambda: "yes" if sensors.docked() else "no")):
+                      ("docked", lambda: "yes" if sensors.docked() else "no"),
+                      ("dock_ir", lambda: in_bits(sensors.signals()))):
         if sensors.received[key]:
             yield understood(key, read)
     yield understood("all", lambda: unbroken(sensors))
@@ -151,6 +153,11 @@ def unbroken(sensors: Sensors) -> str:
     """Raises MessageFault for a message that could not be used."""
     sensors.check(sensors.needed)
     return "no message is broken"
+
+
+def in_bits(signals: Signals) -> str:
+    """What the infrared receivers see, in the Kobuki's bits."""
+    return "right {}, centre {}, left {}".format(*signals) if any(signals) else "no light of a dock"
 
 
 def in_percent(share: float | None) -> str:

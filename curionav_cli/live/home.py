@@ -6,6 +6,7 @@ import math
 from collections.abc import Callable
 
 from curionav_cli.live.base import LiveBase
+from curionav_cli.live.light import dock_by_light
 from curionav_cli.live.safety import Displaced, Fault
 from curionav_cli.records import DockReport, Pose
 from curionav_cli.robot.docking.action import Code, GoalState
@@ -32,7 +33,7 @@ class Home:
     @property
     def has_dock(self) -> bool:
         """Whether the robot docks."""
-        return bool(self.profile.dock.name)
+        return self.profile.has_dock
 
     def begin(self) -> None:
         """Take the first place of a run, where a person has put the robot. Asks for it where it stands elsewhere."""
@@ -91,6 +92,8 @@ class Home:
         if not self.has_dock:
             status = self._navigate(self.place)
             return outcome(status) or (Code.docked.name, "back at its start; this robot has no dock")
+        if self.profile.by_light:
+            return self._by_light(recoveries)
         failed = self._attempt()
         while failed and self.tries < ATTEMPTS and not failed[0].startswith("nav_"):
             recoveries.append("restage")
@@ -101,9 +104,19 @@ class Home:
         """Drive to the staging pose and dock from there; returns what failed, or None."""
         return outcome(self._navigate(pose_before(self.place, self.profile.staging, 0.0))) or self._dock()
 
+    def _by_light(self, recoveries: list[str]) -> tuple[str, str]:
+        """Drive home and dock by our own server."""
+        server = dock_by_light(self.base, self._navigator(), self.place)
+        self.tries = server.attempts
+        recoveries += server.recoveries
+        assert server.code is not None
+        return server.code.name, server.text
+
+    def _navigator(self) -> Navigator:
+        return Navigator(self.base, self.base.localiser, self.map, self.radius, MOVE, ticks=1)
+
     def _navigate(self, goal: Pose) -> NavStatus:
-        base = self.base
-        navigator = Navigator(base, base.localiser, self.map, self.radius, MOVE, ticks=1)
+        base, navigator = self.base, self._navigator()
         navigator.set_goal(goal)
         while navigator.tick() is NavStatus.driving:
             if base.hazard:

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import math
 import threading
-from collections import Counter
-from functools import partial
+from collections import Counter, deque
+from functools import partial, reduce
+from operator import or_
 from typing import NamedTuple
 
 import numpy as np
@@ -18,12 +19,13 @@ from curionav_cli.live.settings import Profile, Topic
 from curionav_cli.live.transport import Message, Transport
 from curionav_cli.live.travel import Travel
 from curionav_cli.robot.depth_camera import DepthCamera
-from curionav_cli.robot.measurements import Scan
+from curionav_cli.robot.measurements import Scan, Signals
 from curionav_cli.world.render.renderer import FAR
 
 SEEING = ("image", "depth", "scan")  # what a step's observation is made of
 AHEAD = math.radians(35.0)  # half of the field in which a scanner stands in for a depth camera
 SILENT_ON_DOCK = ("image", "depth", "scan")  # a TurtleBot 4 switches them off there
+LIT = 0.4  # seconds over which the dock's light is collected, as the maker's driver does
 
 
 class Heard(NamedTuple):
@@ -47,6 +49,7 @@ class Sensors:
         self.touching: dict[str, bool] = {}
         self.received: Counter[str] = Counter()
         self._bumped: set[str] = set()
+        self._light: deque[tuple[float, Signals]] = deque()
         self._heard: dict[str, Heard] = {}
         self._broken: MessageFault | None = None
         self._lock = threading.Lock()
@@ -76,6 +79,8 @@ class Sensors:
             self.travel.add_gyro(message)
         elif key.startswith("contact"):
             self._touch(contacts.touches(message, topic.type))
+        elif key == "dock_ir":
+            self._see_light(contacts.dock_light(message, topic.type))
 
     def _forget_older(self, anew: bool) -> None:
         """Forget what was seen by a clock that is no more."""
@@ -87,6 +92,21 @@ class Sensors:
         with self._lock:
             self.touching.update(found)
             self._bumped |= {name for name, touched in found.items() if touched}
+
+    def _see_light(self, seen: Signals) -> None:
+        now = self.clock.now()
+        with self._lock:
+            self._light.append((now, seen))
+            while self._light[0][0] < now - LIT:
+                self._light.popleft()
+
+    def signals(self) -> Signals:
+        """What the infrared receivers have seen of the dock in the last LIT seconds: right, centre, left."""
+        since = self.clock.now() - LIT
+        with self._lock:
+            seen = [frame for at, frame in self._light if at >= since]
+        right, centre, left = (reduce(or_, bits, 0) for bits in (zip(*seen) if seen else ((), (), ())))
+        return right, centre, left
 
     def check(self, without: tuple[str, ...] = ()) -> None:
         """Raise Fault for a broken message, a jump of the odometry or a needed topic that is silent."""

@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 from enum import Enum
 
 from curionav_cli.bounds import bounded
+from curionav_cli.robot.docking_settings import ByLight
 from curionav_cli.robot.settings import Filter, Gyro, Localisation, Odometry, Robot
 
 
@@ -43,14 +44,18 @@ class Scanner(Topic):
         bounded("robot.profile.scan", self, {"turned": (-360, 360)})
 
 
+SENDING = ("image", "depth", "scan", "odom", "imu", "battery", "docked", "dock_ir")  # topics of a profile
+
+
 @dataclass(frozen=True)
 class Profile:
     """What a kind of robot calls its topics and actions.
 
     ros: 1 or 2. imu, scan, depth and battery may be absent, but one of scan and depth is needed. contacts: topics of
     bumpers, cliff sensors and wheel drops, name to type. It moves by `velocity`, or where `drive` and `turn` have names
-    by these actions. dock: the action by which it docks from `staging` metres before the dock; without one an episode
-    begins at the start. undock: without one it backs off and turns round. docked: the topic that tells.
+    by these actions. dock: the action by which it docks from `staging` metres before the dock. Without one it docks by
+    the infrared light that dock_ir tells of (docking/server.py), and without both an episode begins at the start.
+    undock: without one it backs off and turns round. docked: the topic that tells.
     """
 
     name: str
@@ -63,6 +68,7 @@ class Profile:
     imu: Topic = field(default_factory=Topic)
     battery: Topic = field(default_factory=Topic)
     docked: Topic = field(default_factory=Topic)
+    dock_ir: Topic = field(default_factory=Topic)
     contacts: dict[str, str] = field(default_factory=dict)
     drive: Topic = field(default_factory=Topic)
     turn: Topic = field(default_factory=Topic)
@@ -75,9 +81,19 @@ class Profile:
         """Whether moves are actions of the base."""
         return bool(self.drive.name)
 
+    @property
+    def by_light(self) -> bool:
+        """Whether it docks by our own server."""
+        return bool(self.dock_ir.name) and not self.dock.name
+
+    @property
+    def has_dock(self) -> bool:
+        """Whether it docks at all."""
+        return bool(self.dock.name) or self.by_light
+
     def topics(self) -> dict[str, Topic]:
         """The topics that it sends, by what they are."""
-        named = {key: getattr(self, key) for key in ("image", "depth", "scan", "odom", "imu", "battery", "docked")}
+        named = {key: getattr(self, key) for key in SENDING}
         touch = {f"contact {name}": Topic(name, kind) for name, kind in self.contacts.items()}
         return {key: topic for key, topic in {**named, **touch}.items() if topic.name}
 
@@ -95,6 +111,8 @@ class Profile:
             raise ValueError("robot.profile: without depth.name and scan.name it would drive blind; name one of them")
         if bool(self.drive.name) != bool(self.turn.name):
             raise ValueError("robot.profile: drive and turn are both actions or neither is")
+        if self.by_light and not self.docked.name:
+            raise ValueError("robot.profile: docking by dock_ir needs docked.name, the topic that tells of the contact")
 
 
 class Twist(Enum):
@@ -113,7 +131,8 @@ class Rosbridge(Robot):
     seconds without a new image or odometry after which the robot is stopped and the episode ends. patience: seconds to
     wait then for the robot to come back. move: seconds of a move at most. max_speed (m/s), max_turn (degrees/s).
     geofence: metres around the dock. reserve, recharge: shares of the battery; an episode ends at `reserve`, and the
-    next one begins at `recharge` where it had fallen so low. homing: seconds of a docking action. dry_run: print what
+    next one begins at `recharge` where it had fallen so low. homing: seconds of a docking action. docking: that by
+    light. dry_run: print what
     would be sent and send nothing. odometry, gyro, filter: the errors that the estimate of the pose reckons with.
     """
 
@@ -132,6 +151,7 @@ class Rosbridge(Robot):
     reserve: float
     recharge: float
     homing: float
+    docking: ByLight
     dry_run: bool
     odometry: Odometry
     gyro: Gyro
@@ -147,4 +167,4 @@ class Rosbridge(Robot):
 
 
 LINK = ("host", "port", "connect", "stale", "patience", "max_speed", "max_turn", "geofence", "reserve", "recharge",
-        "homing")  # may change when a run is resumed: where the robot is, and how careful one is with it
+        "homing", "docking")  # may change when a run is resumed: where the robot is, and how careful one is with it

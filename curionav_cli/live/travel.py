@@ -38,12 +38,12 @@ class Travel:
         with self._lock:
             old = self.now
             if old is None:
-                self.now, self._read = new, (self.forward, self._heading(), new.stamp)
+                self.now, self._read = new, (self.forward, self.heading, new.stamp)
             elif new.stamp > old.stamp:
                 self._drive(old, new)
             elif new.stamp < old.stamp - RESTART:
                 self._jump = f"the odometry's clock went back by {old.stamp - new.stamp:.1f} s"
-                self.now, self._rate, self._read = new, None, (self.forward, self._heading(), new.stamp)
+                self.now, self._rate, self._read = new, None, (self.forward, self.heading, new.stamp)
                 return True
         return False
 
@@ -72,10 +72,12 @@ class Travel:
             if self.now is None or self.now.stamp <= self._read[2]:
                 return None
             forward, heading, at = self._read
-            self._read = (self.forward, self._heading(), self.now.stamp)
-            return Reading(self.forward - forward, self._heading() - heading, self.now.stamp - at, self.now.stamp, bump)
+            self._read = (self.forward, self.heading, self.now.stamp)
+            return Reading(self.forward - forward, self.heading - heading, self.now.stamp - at, self.now.stamp, bump)
 
-    def _heading(self) -> float:
+    @property
+    def heading(self) -> float:
+        """Radians turned to the left since the start, by the gyro where there is one."""
         return self.by_gyro if self.gyro else self.turned
 
     def check(self) -> None:

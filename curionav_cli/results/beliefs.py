@@ -1,4 +1,7 @@
-"""True and estimated path of a robot whose odometry drifts: a panel an episode, over the floor plan."""
+"""True and estimated path of a robot whose odometry drifts: a panel an episode, over the floor plan.
+
+Of a real robot nothing measures the true path: the estimate stands for both, and is drawn alone.
+"""
 
 from __future__ import annotations
 
@@ -28,6 +31,11 @@ class Track(NamedTuple):
     estimate: np.ndarray
     dock: dict[str, Any] | None
 
+    @property
+    def measured(self) -> bool:
+        """Whether the true path is known."""
+        return not np.array_equal(self.pose, self.estimate)
+
 
 def tracks(run: Run) -> list[Track]:
     """The tracks of all episodes; none where the robot is ideal. Raises RunFolderError where a file is broken."""
@@ -54,7 +62,8 @@ def paths(run: Run) -> Figure | None:
         axes.set_axis_off()
     handles, names = panels[0].get_legend_handles_labels()
     figure.legend(handles, names, loc="outside lower center", ncols=columns_for(figure, names))
-    figure.suptitle(wrapped(f"{run.label}: true and estimated path; above each the return to dock before it",
+    what = "true and estimated path" if any(track.measured for track in found) else "estimated path"
+    figure.suptitle(wrapped(f"{run.label}: {what}; above each the return to dock before it",
                             figure.get_figwidth() - 0.3), fontsize=9)
     return figure
 
@@ -62,9 +71,10 @@ def paths(run: Run) -> Figure | None:
 def draw(axes: Axes, plan: FloorPlan, track: Track) -> None:
     floor_plans.draw_plan(axes, plan)
     true, estimated = (floor_plans.frame(plan).transform(path[:, :2]) for path in (track.pose, track.estimate))
-    joined = np.stack([true[::EVERY], estimated[::EVERY]])  # (2, n, 2)
-    axes.plot(*joined.transpose(2, 0, 1), color=APART, linewidth=0.6)
-    axes.plot(*true.T, color=TRUE, linewidth=1.0, label="true path")
+    if track.measured:
+        joined = np.stack([true[::EVERY], estimated[::EVERY]])  # (2, n, 2)
+        axes.plot(*joined.transpose(2, 0, 1), color=APART, linewidth=0.6)
+        axes.plot(*true.T, color=TRUE, linewidth=1.0, label="true path")
     axes.plot(*estimated.T, color=ESTIMATED, linewidth=0.8, linestyle=(0, (3, 1)), label="estimated path")
     axes.plot(*true[-1], "o", color="#111827", markersize=3, label="end of the episode")
     floor_plans.mark_places(axes, plan, 5.0)

@@ -176,6 +176,7 @@ def meanings(axes: Axes, plan: FloorPlan) -> list[Artist]:
     """Handles of a legend: the places that are marked, and the kinds of cells that the window shows."""
     places: list[Artist] = [line for line in axes.get_lines() if str(line.get_label())[0] != "_"]
     shown = np.unique(kinds(plan)[window(plan)]) if plan.picture is None else np.array([REACHED])
+    shown = shown if plan.bounded else shown[shown != REACHED]  # of a real floor without a map nobody knows
     return [*places, *(Patch(facecolor=KINDS[number].color, edgecolor="#6b7280", linewidth=0.5,
                              label=KINDS[number].name) for number in shown[::-1] if KINDS[number].name)]
 

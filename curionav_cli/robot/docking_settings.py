@@ -81,7 +81,7 @@ class Approach:
 
 
 @dataclass(frozen=True)
-class Docking:
+class ByLight:
     """Where attempts begin (staging: metres before the dock), and limits: seconds, but for the number of bumps.
 
     acquire: without any light since an attempt began; attempt: from there to contact; charge: how long current must
@@ -97,9 +97,15 @@ class Docking:
     bumps: int
     recoveries: list[Recovery]
     approach: Approach
-    infrared: InfraredLight
-    contact: Contact
 
     def __post_init__(self) -> None:
         bounded("robot.docking", self, {
             "staging": (0.4, 4), "acquire attempt charge action patience": (0, 3600), "bumps": (1, 1000)})
+
+
+@dataclass(frozen=True)
+class Docking(ByLight):
+    """The same with the light and the contacts of a simulated dock."""
+
+    infrared: InfraredLight
+    contact: Contact

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from typing import Protocol
 
+from curionav_cli.records import Pose
 from curionav_cli.robot.measurements import Reading, Scan, Signals
 
 
@@ -21,16 +22,23 @@ class Battery(Protocol):
         """True when the robot can drive no more."""
 
 
-class Base(Protocol):
-    """A differential-drive base with its sensors."""
+class Estimate(Protocol):
+    """The estimate of a robot's pose."""
+
+    @property
+    def pose(self) -> Pose:
+        """The estimated pose."""
+
+    def update(self, reading: Reading, scan: Scan | None = None) -> None:
+        """Take what was measured over a motion."""
+
+
+class Docker(Protocol):
+    """What docking needs of a differential-drive base."""
 
     @property
     def hazard(self) -> str | None:
         """What is wrong under the wheels: "wheel_drop", "cliff" or None."""
-
-    @property
-    def velocity(self) -> tuple[float, float]:
-        """The last command: m/s, and rad/s to the left."""
 
     @property
     def battery(self) -> Battery:
@@ -50,11 +58,19 @@ class Base(Protocol):
     def halt(self) -> None:
         """Set the velocity to zero."""
 
+    def signals(self) -> Signals:
+        """Read the next frame of the infrared receivers."""
+
+
+class Base(Docker, Protocol):
+    """A differential-drive base with its sensors."""
+
+    @property
+    def velocity(self) -> tuple[float, float]:
+        """The last command: m/s, and rad/s to the left."""
+
     def scan(self) -> Scan:
         """Take a LiDAR scan, all around."""
 
     def depth(self) -> Scan:
         """Take the horizontal line of the depth camera, ahead."""
-
-    def signals(self) -> Signals:
-        """Read the next frame of the infrared receivers."""

@@ -22,8 +22,9 @@ Leg = tuple[float, float, float]  # seconds, m/s, rad/s
 
 @dataclass
 class Drive:
-    """What a robot sends while it drives legs. odometry, images: times a second; change: alters each message, by topic,
-    number and fields, or leaves it out by returning None."""
+    """What a robot sends while it drives legs. odometry, images: times a second; depth: the topic of its depth images,
+    if it has any, all of whose pixels are 1 m and 0.1 m more a second; change: alters each message, by topic, number
+    and fields, or leaves it out by returning None."""
 
     legs: Sequence[Leg]
     odometry: float = 50.0
@@ -33,13 +34,14 @@ class Drive:
     encoding: str = "rgb8"
     image: str = IMAGE
     odom: str = ODOM
+    depth: str = ""
     change: Callable[[str, int, dict[str, Any]], dict[str, Any] | None] = lambda topic, number, fields: fields
     sent: list[tuple[float, str, dict[str, Any]]] = field(default_factory=list)
 
     def __post_init__(self) -> None:
         seconds = sum(leg[0] for leg in self.legs)
-        for topic, rate in ((self.odom, self.odometry), (self.image, self.images)):
-            for number in range(int(seconds * rate) + 1):
+        for topic, rate in ((self.odom, self.odometry), (self.depth, 10.0), (self.image, self.images)):
+            for number in range(int(seconds * rate) + 1 if topic else 0):
                 at = number / rate
                 made = self.pose(at) if topic == self.odom else self.view(at)
                 fields = self.change(topic, number, {"stamp": STARTED + at, **made})
@@ -85,6 +87,9 @@ def message(store: Any, ros: int, topic: str, fields: dict[str, Any], drive: Dri
                    new("geometry_msgs/msg/PoseWithCovariance", pose, np.zeros(36)),
                    new("geometry_msgs/msg/TwistWithCovariance", moving, np.zeros(36)))
     side = fields["side"]
+    if topic == drive.depth:
+        metres = np.full((side, side), 1.0 + 0.1 * (fields["stamp"] - STARTED), np.float32)
+        return new("sensor_msgs/msg/Image", header, side, side, "32FC1", 0, 4 * side, metres.view(np.uint8).reshape(-1))
     colours = np.full((side, side, 3), fields["colour"], np.uint8)
     if drive.raw:
         return new("sensor_msgs/msg/Image", header, side, side, fields["encoding"], 0, 3 * side, colours.reshape(-1))

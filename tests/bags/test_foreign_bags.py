@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -19,6 +20,7 @@ from curionav_cli.config.compose import composed
 from curionav_cli.errors import BagError
 from curionav_cli.records import Episode
 
+DEPTH = "/oakd/stereo/image_raw"  # of turtlebot4
 LEGS = [(0.5, 0.0, 0.0), (5.0, 0.2, 0.0), (1.0, 0.0, math.radians(-45)), (5.0, 0.2, math.radians(5)), (1.0, 0.0, 0.0)]
 
 
@@ -58,6 +60,21 @@ def test_every_format_gives_the_same(tmp_path: Path, read, made: Callable[[Path,
 ], ids=["turtlebot3 uncompressed", "turtlebot4", "turtlebot2i"])
 def test_topics_are_those_of_the_profiles(read, drive: Drive) -> None:
     assert_equal(read(drive)[0], read(Drive(LEGS))[0])
+
+
+def without(depth: Callable[[float], bool]) -> Callable[[str, int, dict[str, Any]], dict[str, Any] | None]:
+    """Leave out the depth images of some seconds."""
+    return lambda topic, number, fields: None if topic == DEPTH and depth(fields["stamp"] - STARTED) else fields
+
+
+def test_depth_is_that_of_a_fifth_of_a_second_at_most_before_the_image(read) -> None:
+    drive = Drive(LEGS, image="/oakd/rgb/preview/image_raw/compressed", depth=DEPTH)
+    (episode,), report = read(drive)
+    late = np.array([taken(image) for image in episode.image]) - 10.0 * (episode.depth[:, 20, 20] - 1.0)
+    assert episode.depth.shape == (len(episode) + 1, 64, 64) and late.min() > -1e-3 and late.max() < 0.11
+    assert not report["left_out"] and np.ptp(episode.depth, axis=(1, 2)).max() == 0.0
+    (gap,), _ = read(replace(drive, sent=[], change=without(lambda at: 3.0 < at < 4.5)))
+    assert gap.depth is None and len(gap) == len(episode)
 
 
 def test_other_encodings_become_rgb(read) -> None:

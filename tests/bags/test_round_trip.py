@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import json
 from pathlib import Path
 
@@ -12,6 +13,7 @@ from entry import Cli
 from curionav_cli.bags import cache, source
 from curionav_cli.bags.export import Form, write
 from curionav_cli.bags.intake import episodes
+from curionav_cli.errors import RunFolderError
 from curionav_cli.records import Episode
 
 TINY = ("agent=lbs_dreamer", "agent.action_repeat=1", "agent.sequence_length=5", "agent.batch_size=4")
@@ -39,6 +41,18 @@ def test_the_episodes_are_equal_to_the_byte(cli: Cli, tmp_path: Path, words: tup
             found.save(tmp_path / "found.npz")
             stored = tmp_path / "run" / "episodes" / f"{number:06d}.npz"
             assert (tmp_path / "found.npz").read_bytes() == stored.read_bytes()
+
+
+def test_depth_comes_back(tmp_path: Path, an_episode) -> None:
+    depth = np.random.default_rng(0).uniform(0.1, 9.0, (len(an_episode()) + 1, 64, 64)).astype(np.float32)
+    write(tmp_path / "bag", an_episode(), 0, Form(source.named("turtlebot3"), True, 10.0, 0.3), depth, None, {})
+    (found,) = episodes(tmp_path / "bag", [], {})
+    found.save(tmp_path / "found.npz")
+    np.testing.assert_array_equal(Episode.load(tmp_path / "found.npz", depth=True).depth, depth)
+    assert Episode.load(tmp_path / "found.npz").depth is None
+    dataclasses.replace(found, depth=depth[1:]).save(tmp_path / "short.npz")
+    with pytest.raises(RunFolderError, match="holds depth of float32"):
+        Episode.load(tmp_path / "short.npz", depth=True)
 
 
 def test_training_on_bags_is_training_on_the_run(cli: Cli, tmp_path: Path) -> None:

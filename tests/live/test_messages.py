@@ -134,11 +134,13 @@ def test_velocity_commands_with_and_without_a_header() -> None:
 
 
 @pytest.mark.parametrize(("kind", "message", "found"), [
-    ("kobuki_msgs/BumperEvent", {"bumper": 1, "state": 1}, {"bumper_1": True}),
+    ("kobuki_msgs/BumperEvent", {"bumper": 1, "state": 1}, {"bumper_centre": True}),
     ("kobuki_msgs/CliffEvent", {"sensor": 2, "state": 0, "bottom": 5}, {"cliff_2": False}),
     ("kobuki_msgs/WheelDropEvent", {"wheel": 0, "state": 1}, {"wheel_drop_0": True}),
-    ("irobot_create_msgs/msg/HazardDetectionVector", {"detections": [{"type": 2}, {"type": 0}]},
-     {"bumper": False, "cliff": True, "stall": False, "wheel_drop": False}),
+    ("irobot_create_msgs/msg/HazardDetectionVector",
+     {"detections": [{"type": 2}, {"type": 0}, {"type": 1, "header": {"frame_id": "bump_front_left"}}]},
+     {"bumper_left": True, "bumper_centre": False, "bumper_right": False, "cliff": True, "stall": False,
+      "wheel_drop": False}),
     ("turtlebot3_msgs/msg/SensorState", {"bumper": 0}, {"bumper": False}),
 ])
 def test_contacts_of_every_maker(kind: str, message: dict, found: dict) -> None:
@@ -160,7 +162,16 @@ def test_the_battery(kind: str, message: dict, share: float | None) -> None:
     assert contacts.charge(message, kind) == (None if share is None else pytest.approx(share))
 
 
+@pytest.mark.parametrize("data", ["CAIQ", [8, 2, 16]])
+def test_the_light_of_the_dock_is_that_of_the_right_the_centre_and_the_left_receiver(data) -> None:
+    assert contacts.dock_light({"data": data}, "kobuki_msgs/DockInfraRed") == (8, 2, 16)
+    with pytest.raises(MessageFault, match="no kobuki_msgs/DockInfraRed"):
+        contacts.dock_light({"data": data[:2]}, "kobuki_msgs/DockInfraRed")
+
+
 def test_docks() -> None:
     assert contacts.docked({"is_docked": True, "dock_visible": True}, "irobot_create_msgs/msg/DockStatus")
     assert contacts.docked({"charger": 6}, "kobuki_msgs/SensorState")
     assert not contacts.docked({"charger": 0}, "kobuki_msgs/SensorState")
+    supply = [contacts.docked({"power_supply_status": status}, "sensor_msgs/msg/BatteryState") for status in range(5)]
+    assert supply == [False, True, False, False, True]

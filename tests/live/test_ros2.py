@@ -6,6 +6,7 @@ import signal
 import sys
 import time
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -34,8 +35,8 @@ pytestmark = [pytest.mark.ros2, pytest.mark.timeout(900),
               pytest.mark.skipif(not READY.exists(), reason="no ROS 2 peer: make ros-peer")]
 CONF = Path(__file__).parents[1] / "peers" / "conf"
 ACTION = "test_msgs/action/Fibonacci"
-STALE = 3.0  # s; this machine may be busy
-STOPPED = 1.0  # s within which wheels must stand, once we or the base have noticed
+STALE = 8.0  # s; this machine may be busy
+STOPPED = 1.0  # s after which nothing moves the wheels, once we have noticed
 
 
 @pytest.fixture
@@ -47,10 +48,10 @@ def peer(tmp_path: Path) -> Iterator[Peer]:
 
 
 @pytest.fixture
-def words(peer: Peer) -> list[str]:
-    """The settings that lead to the peer."""
+def words(peer: Peer, request: pytest.FixtureRequest) -> list[str]:
+    """The settings that lead to the peer, and those of the test's parameter."""
     return ["env=live", "robot=rosbridge", "robot/profile=peer", "robot.host=127.0.0.1", f"robot.port={peer.port}",
-            f"robot.stale={STALE}", "robot.connect=20", "robot.patience=20"]
+            f"robot.stale={STALE}", "robot.connect=20", "robot.patience=60", *getattr(request, "param", ())]
 
 
 @pytest.fixture
@@ -66,11 +67,11 @@ def env(words: list[str], monkeypatch: pytest.MonkeyPatch) -> Iterator[LiveRobot
     robot.close()
 
 
-def wait(ready: Callable[[], bool], seconds: float = 20.0) -> float:
-    began = time.monotonic()
-    while not ready() and time.monotonic() < began + seconds:
+def wait(ready: Callable[[], bool], seconds: float = 90.0) -> bool:
+    until = time.monotonic() + seconds
+    while not ready() and time.monotonic() < until:
         time.sleep(0.05)
-    return time.monotonic() - began
+    return ready()
 
 
 def ended(goal: Goal) -> GoalState:
@@ -80,6 +81,12 @@ def ended(goal: Goal) -> GoalState:
 
 def standing(peer: Peer) -> bool:
     return not peer.moves or peer.moves[-1][1:] == (0.0, 0.0)
+
+
+def stopped(peer: Peer) -> bool:
+    """Whether the wheels come to stand, and nothing sets them in motion later than STOPPED seconds from now."""
+    most = time.monotonic() + STOPPED  # the clock of the robot's lines, too
+    return wait(lambda: standing(peer)) and all(at < most for at, *velocity in peer.moves if any(velocity))
 
 
 def until_closed(env: LiveRobot, steps: int = 6) -> str:
@@ -92,17 +99,14 @@ def until_closed(env: LiveRobot, steps: int = 6) -> str:
 def test_actions_succeed_are_aborted_and_are_cancelled(peer: Peer) -> None:
     link, heard = Rosbridge("127.0.0.1", peer.port, 2, 20.0), list[dict]()
     link.subscribe("/odom", "nav_msgs/msg/Odometry", heard.append)
-    wait(lambda: bool(heard))  # a goal that is sent before robot and bridge have found each other is lost
+    assert wait(lambda: bool(heard))  # a goal that is sent before robot and bridge have found each other is lost
     try:
         assert ended(link.action("/dock", ACTION, {})) is GoalState.succeeded
         peer.tell("dock abort")
-        time.sleep(0.5)
         assert ended(link.action("/dock", ACTION, {})) is GoalState.aborted
         peer.tell("dock hang")
-        time.sleep(0.5)
         goal = link.action("/dock", ACTION, {})
-        time.sleep(1.5)
-        assert goal.state is GoalState.active
+        assert wait(lambda: peer.said("GOAL") == 3) and goal.state is GoalState.active
         goal.cancel()
         assert ended(goal) is GoalState.preempted
     finally:
@@ -118,7 +122,7 @@ def test_the_world_model_learns_on_the_robot_which_docks_between_episodes(peer: 
     assert [len(one) for one in episodes] == [16, 16, 16]
     assert [one.dock and one.dock["code"] for one in episodes] == [None, "docked", "docked"]
     assert all(one.image.std() > 5 for one in episodes)
-    assert wait(lambda: standing(peer)) < 10.0
+    assert wait(lambda: standing(peer))
 
 
 def test_check_finds_what_is_there(words, cli: Cli, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -135,7 +139,7 @@ def test_a_bridge_that_dies_or_hangs_stops_the_robot_and_comes_back(peer: Peer, 
     peer.bridge.send_signal(how)
     why = until_closed(env)
     assert "connection to the robot is lost" in why or "silent" in why or "no image" in why
-    assert wait(lambda: standing(peer)) < STOPPED + 1.0
+    assert stopped(peer)
     if how is signal.SIGKILL:
         peer.bridge.wait()
         peer.bridge = peer.start_bridge()
@@ -147,6 +151,7 @@ def test_a_bridge_that_dies_or_hangs_stops_the_robot_and_comes_back(peer: Peer, 
 
 def test_a_robot_that_hangs_ends_the_run_in_a_line(peer: Peer, words, env: LiveRobot) -> None:
     env.reset(seed=0)
+    env.settings = replace(env.settings, patience=5.0)
     peer.robot.send_signal(signal.SIGSTOP)
     assert "has been silent" in until_closed(env) or "no image" in env.events[-1]["why"]
     with pytest.raises(RunFailed, match="has been silent"):
@@ -158,7 +163,7 @@ def test_faults_of_sensors_close_the_episode_and_the_next_begins(peer: Peer, env
     peer.tell("encoding bgr8")
     assert not env.step(LEFT)[3]
     peer.tell("silent image")
-    assert "image" in until_closed(env) and wait(lambda: standing(peer)) < STOPPED + 1.0
+    assert "image" in until_closed(env) and stopped(peer)
     peer.tell("speak image")
     env.reset()
     peer.tell("encoding yuv422")
@@ -171,12 +176,21 @@ def test_faults_of_sensors_close_the_episode_and_the_next_begins(peer: Peer, env
     assert info["dock"]["human"] and len(env.asked) == 1
 
 
-def test_images_of_another_size_and_encoding_go_on(peer: Peer, env: LiveRobot) -> None:
+def test_images_of_another_size_and_encoding_and_those_overtaken_go_on(peer: Peer, env: LiveRobot) -> None:
     env.reset(seed=0)
-    for line in ("side 96", "encoding bgr8", "side 32", "encoding rgb8", "side 64"):
+    for line in ("side 96", "encoding bgr8", "side 32", "encoding rgb8", "metres 16UC1", "late 30", "side 64"):
         peer.tell(line)
         seen, _, _, closed, _ = env.step(LEFT)
         assert not closed and env.observation_space.contains(seen) and seen["image"].std() > 5, env.events
+        assert 0.2 < seen["depth"].min() < seen["depth"].max() <= 12.0
+
+
+@pytest.mark.parametrize("words", [("robot.profile.velocity.name=/cmd_vel_plain", "robot.twist=plain")], indirect=True)
+def test_velocity_commands_without_a_header_drive_it(peer: Peer, env: LiveRobot) -> None:
+    env.reset(seed=0)
+    before = env.base.metres
+    assert not env.step(FORWARD)[3] and env.base.metres - before > 0.15
+    assert wait(lambda: standing(peer)) and any(speed > 0.1 for _, speed, _ in peer.moves)
 
 
 @pytest.mark.parametrize(("word", "line"), [
@@ -186,7 +200,7 @@ def test_images_of_another_size_and_encoding_go_on(peer: Peer, env: LiveRobot) -
     ("robot.profile.undock.type=test_msgs/action/Nothing", "/undock was aborted ("),
 ])
 def test_a_wrong_message_type_is_answered_in_two_lines(words, cli: Cli, word: str, line: str) -> None:
-    answer = cli("explore", "-cd", str(CONF), *words, word, "robot.patience=3", "robot.homing=20", "agent=bounce",
+    answer = cli("explore", "-cd", str(CONF), *words, word, "robot.patience=15", "robot.homing=30", "agent=bounce",
                  "loop.episodes=1", "loop.steps=4", "hydra.run.dir=run")
     assert answer.code == 1 and line in answer.error, answer.error
     assert len(answer.error.strip().splitlines()) <= 2 and "Traceback" not in answer.error

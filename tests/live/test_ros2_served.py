@@ -37,8 +37,8 @@ WORLD = ("env=small_room", "env.radius=0.18", "robot.profile=peer", "robot.batte
 class Served:
     """A world on a bridge. ticks: (metres, radians) of each tick that was driven."""
 
-    def __init__(self, bridge: Bridge, speed: float):
-        self.link, self.settings = serve.settings_of([*WORLD, f"robot.port={bridge.port}"])
+    def __init__(self, bridge: Bridge, speed: float, *words: str):
+        self.link, self.settings = serve.settings_of([*WORLD, f"robot.port={bridge.port}", *words])
         self.serving, self.transport = Serving(speed=speed), Rosbridge("127.0.0.1", bridge.port, 2, 20.0)
         self.robot: ServedRobot = serve.served(self.settings, self.link, self.serving, [], self.transport, print)[0]
         self.ticks: list[tuple[float, float]] = []
@@ -85,7 +85,7 @@ def test_an_rclpy_client_drives_a_hundred_moves_as_the_simulation_does(bridge: B
     served, log = Served(bridge, speed=1.0), tmp_path / "client.log"
     client = bridge.start("client_node.py", log)
     try:
-        assert client.wait(300) == 0, log.with_suffix(".error").read_text()[-2000:]
+        assert client.wait(550) == 0, log.with_suffix(".error").read_text()[-2000:]
     finally:
         end(client)
         served.stop()
@@ -104,12 +104,18 @@ def test_an_rclpy_client_drives_a_hundred_moves_as_the_simulation_does(bridge: B
     assert len(commands) > 80 and min(compared.values()) > 500
 
 
-def test_the_product_explores_its_own_world_over_ros(bridge: Bridge, cli: Cli) -> None:
-    served = Served(bridge, speed=1.0)
+BY_LIGHT = ("robot.profile.dock.name=''", "robot.profile.undock.name=''", "robot.profile.dock_ir.name=/dock_ir",
+            "robot.profile.dock_ir.type=std_msgs/msg/UInt8MultiArray", "robot.profile.docked.name=/battery_state",
+            "robot.profile.docked.type=sensor_msgs/msg/BatteryState")  # in types that PyPI has
+
+
+@pytest.mark.parametrize("docking", [(), BY_LIGHT], ids=["action", "light"])
+def test_the_product_explores_its_own_world_over_ros(bridge: Bridge, cli: Cli, docking: tuple[str, ...]) -> None:
+    served = Served(bridge, 1.0, *docking)
     try:
         answer = cli("explore", "env=live", "robot=rosbridge", "robot/profile=peer", "env.radius=0.18",
-                     "robot.host=127.0.0.1", f"robot.port={bridge.port}", "robot.stale=3", "robot.connect=20",
-                     "agent=bounce", "loop.steps=20", "loop.episodes=2", "hydra.run.dir=run")
+                     "robot.host=127.0.0.1", f"robot.port={bridge.port}", "robot.stale=8", "robot.connect=20",
+                     "agent=bounce", "loop.steps=20", "loop.episodes=2", "hydra.run.dir=run", *docking)
         assert answer.code == 0, answer.error
     finally:
         served.stop()

@@ -1,9 +1,11 @@
 """A robot that is not ours: a Husky in PyBullet behind ROS 2 nodes of rclpy, run by .peers/venv (make ros-peer).
 
-Sends /image (Image rgb8), /depth (Image 32FC1), /odom, /imu, /battery_state and listens to /cmd_vel (TwistStamped).
-/dock and /undock are actions of type test_msgs/action/Fibonacci, an action type that PyPI has. Lines on standard input
-change it: silent TOPIC, speak TOPIC, dock succeed|abort|hang, encoding NAME, jump METRES, side PIXELS.
-It prints READY, then a line for each change of its velocity: MOVE time speed rate.
+Sends /image (Image rgb8), /depth (Image 32FC1), /odom, /imu, /battery_state and listens to /cmd_vel (TwistStamped) and
+/cmd_vel_plain (Twist). /dock and /undock are actions of type test_msgs/action/Fibonacci, an action type that PyPI has.
+Lines on standard input change it: silent TOPIC, speak TOPIC, dock succeed|abort|hang, encoding NAME, jump METRES, side
+PIXELS, metres 32FC1|16UC1 (of depth), late SECONDS (after each image comes a black one, which is so much older).
+It prints READY, HEARD for each such line, GOAL NAME as it takes a goal, and MOVE time speed rate where its velocity
+changes.
 """
 
 from __future__ import annotations
@@ -17,7 +19,8 @@ import numpy as np
 import pybullet
 import pybullet_data
 import rclpy
-from geometry_msgs.msg import TwistStamped
+from builtin_interfaces.msg import Time
+from geometry_msgs.msg import Twist, TwistStamped
 from nav_msgs.msg import Odometry
 from rclpy.action import ActionServer, CancelResponse
 from rclpy.callback_groups import ReentrantCallbackGroup
@@ -46,12 +49,14 @@ class Robot(Node):
             self.box(at, half)
         self.command, self.commanded, self.silent, self.docking = (0.0, 0.0), 0.0, set(), "succeed"
         self.encoding, self.offset, self.ticks, self.last, self.side = "rgb8", 0.0, 0, (0.0, 0.0), SIDE
+        self.metres, self.late, self.sent = "32FC1", 0, (*self.pose(), 0.0)
         group = ReentrantCallbackGroup()
         self.out = {"image": self.create_publisher(Image, "/image", 5),
                     "depth": self.create_publisher(Image, "/depth", 5),
                     "odom": self.create_publisher(Odometry, "/odom", 10), "imu": self.create_publisher(Imu, "/imu", 10),
                     "battery": self.create_publisher(BatteryState, "/battery_state", 5)}
-        self.create_subscription(TwistStamped, "/cmd_vel", self.drive, 10)
+        self.create_subscription(TwistStamped, "/cmd_vel", lambda message: self.drive(message.twist), 10)
+        self.create_subscription(Twist, "/cmd_vel_plain", self.drive, 10)
         for name in ("dock", "undock"):
             ActionServer(self, Fibonacci, f"/{name}", lambda goal, name=name: self.act(goal, name),
                          cancel_callback=lambda goal: CancelResponse.ACCEPT, callback_group=group)
@@ -63,12 +68,13 @@ class Robot(Node):
         look = pybullet.createVisualShape(pybullet.GEOM_BOX, halfExtents=size, rgbaColor=colour)
         pybullet.createMultiBody(0, shape, look, [*at, 0.5])
 
-    def drive(self, message: TwistStamped) -> None:
-        self.command = message.twist.linear.x, message.twist.angular.z
+    def drive(self, message: Twist) -> None:
+        self.command = message.linear.x, message.angular.z
         self.commanded = time.monotonic()
 
     def act(self, goal, name: str):
         """Dock or undock: a second of work, then the outcome that was set."""
+        print(f"GOAL {name}", flush=True)
         began = time.monotonic()
         while time.monotonic() < began + 1.0 or self.docking == "hang":
             if goal.is_cancel_requested:
@@ -78,21 +84,36 @@ class Robot(Node):
         if self.docking == "abort" and name == "dock":
             goal.abort()
         else:
-            x = {"dock": 0.0, "undock": 0.6}[name]
-            turn = {"dock": math.pi, "undock": 0.0}[name]
-            self.glide(x, turn)
+            if name == "dock":
+                self.go(0.0, 0.0)
+                self.turn(math.pi)
+            else:
+                self.go(0.6, 0.0, ahead=-1)
+                self.turn(0.0)
             goal.succeed()
         return Fibonacci.Result()
 
-    def glide(self, x: float, turn: float) -> None:
-        """Move to a place on the dock's axis as a base does, over a second, so that odometry follows."""
-        from_x, from_y, from_yaw = self.pose()
-        swing = math.remainder(turn - from_yaw, 2 * math.pi)
-        for share in np.linspace(0, 1, 21):
-            yaw = from_yaw + share * swing
-            place = [from_x + share * (x - from_x), from_y * (1 - share), 0.14]
-            pybullet.resetBasePositionAndOrientation(self.husky, place, pybullet.getQuaternionFromEuler([0, 0, yaw]))
-            time.sleep(0.1)
+    def go(self, x: float, y: float, ahead: int = 1) -> None:
+        """Turn to a place and drive there, or back there (ahead -1), so that odometry and gyro follow."""
+        here_x, here_y, yaw = self.pose()
+        away = math.hypot(x - here_x, y - here_y)
+        if away > 0.01:
+            yaw = math.atan2(ahead * (y - here_y), ahead * (x - here_x))
+            self.turn(yaw)
+        for share in np.linspace(0, 1, 2 + math.ceil(away / 0.03)):
+            self.put(here_x + share * (x - here_x), here_y + share * (y - here_y), yaw)
+
+    def turn(self, yaw: float) -> None:
+        """Turn on the spot, at 2 rad/s."""
+        x, y, begin = self.pose()
+        swing = math.remainder(yaw - begin, 2 * math.pi)
+        for share in np.linspace(0, 1, 2 + math.ceil(abs(swing) / 0.1)):
+            self.put(x, y, begin + share * swing)
+
+    def put(self, x: float, y: float, yaw: float) -> None:
+        turn = pybullet.getQuaternionFromEuler([0, 0, yaw])
+        pybullet.resetBasePositionAndOrientation(self.husky, [x, y, 0.14], turn)
+        time.sleep(1.0 / RATE)
 
     def pose(self) -> tuple[float, float, float]:
         place, turn = pybullet.getBasePositionAndOrientation(self.husky)
@@ -106,7 +127,6 @@ class Robot(Node):
             self.last = self.command
             print(f"MOVE {time.monotonic():.3f} {self.command[0]:.3f} {self.command[1]:.3f}", flush=True)
         speed, rate = self.command
-        before = self.pose()
         for _ in range(4):
             yaw = self.pose()[2]
             down = pybullet.getBaseVelocity(self.husky)[0][2]
@@ -114,17 +134,19 @@ class Robot(Node):
                                        [0, 0, rate])
             pybullet.stepSimulation()
         self.ticks += 1
-        self.send(before)
+        self.send()
 
-    def send(self, before) -> None:
-        x, y, yaw = self.pose()
-        turned = math.remainder(yaw - before[2], 2 * math.pi) * RATE
-        stamp = self.get_clock().now().to_msg()
+    def send(self) -> None:
+        (x, y, yaw), now = self.pose(), self.get_clock().now()
+        before, seconds = self.sent[:3], max(1e-3, 1e-9 * now.nanoseconds - self.sent[3])
+        self.sent = (x, y, yaw, 1e-9 * now.nanoseconds)
+        turned = math.remainder(yaw - before[2], 2 * math.pi) / seconds
+        stamp = now.to_msg()
         odom, imu = Odometry(), Imu()
         odom.header.stamp = imu.header.stamp = stamp
         odom.pose.pose.position.x, odom.pose.pose.position.y = x + self.offset, y
         odom.pose.pose.orientation.z, odom.pose.pose.orientation.w = math.sin(yaw / 2), math.cos(yaw / 2)
-        odom.twist.twist.linear.x = math.hypot(x - before[0], y - before[1]) * RATE
+        odom.twist.twist.linear.x = math.hypot(x - before[0], y - before[1]) / seconds
         odom.twist.twist.angular.z = imu.angular_velocity.z = turned
         self.publish("odom", odom)
         self.publish("imu", imu)
@@ -143,7 +165,11 @@ class Robot(Node):
         metres = FAR * NEAR / (FAR - (FAR - NEAR) * np.reshape(depth, (side, side)))
         rgb = rgb[:, :, ::-1] if self.encoding == "bgr8" else rgb
         self.publish("image", self.picture(rgb, self.encoding, 3 * side, stamp))
-        self.publish("depth", self.picture(metres.astype(np.float32), "32FC1", 4 * side, stamp))
+        if self.late:
+            older = Time(sec=stamp.sec - self.late, nanosec=stamp.nanosec)
+            self.publish("image", self.picture(np.zeros_like(rgb), self.encoding, 3 * side, older))
+        depth = metres.astype(np.float32) if self.metres == "32FC1" else np.round(1000.0 * metres).astype(np.uint16)
+        self.publish("depth", self.picture(depth, self.metres, depth.itemsize * side, stamp))
 
     @staticmethod
     def picture(pixels, encoding: str, step: int, stamp) -> Image:
@@ -169,8 +195,13 @@ class Robot(Node):
             self.encoding = value
         elif verb == "side":
             self.side = int(value)
+        elif verb == "metres":
+            self.metres = value
+        elif verb == "late":
+            self.late = int(value)
         elif verb == "jump":
             self.offset += float(value)
+        print(f"HEARD {verb}", flush=True)
 
 
 def main() -> None:

@@ -94,10 +94,16 @@ class Peer(Bridge):
         self.wait(lambda: b"READY" in self.log.read_bytes(), "the robot node")
 
     def tell(self, line: str) -> None:
-        """Change the robot by a line (robot_node.py lists them)."""
+        """Change the robot by a line (robot_node.py lists them), and wait until it has heard it."""
         assert self.robot.stdin
+        heard = self.said("HEARD")
         self.robot.stdin.write(f"{line}\n".encode())
         self.robot.stdin.flush()
+        self.wait(lambda: self.said("HEARD") > heard, f"the robot did not hear {line}; it")
+
+    def said(self, word: str) -> int:
+        """How many lines the robot has begun with a word."""
+        return sum(line.startswith(word) for line in self.log.read_text(errors="replace").splitlines())
 
     @property
     def moves(self) -> list[tuple[float, float, float]]:

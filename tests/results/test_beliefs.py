@@ -7,6 +7,7 @@ import pytest
 
 from curionav_cli.execution.recorder import estimate_error
 from curionav_cli.results import beliefs
+from curionav_cli.results.floor_plans import meanings
 from curionav_cli.results.runs import Run, dock_returns
 from curionav_cli.storage.run_folder import RunFolder
 
@@ -48,3 +49,15 @@ def test_metrics_hold_the_error_of_the_estimate_and_how_the_robot_returned(an_ep
                                            "carried": True})
     rows = [{}, estimate_error(robot), estimate_error(replace(robot, dock={"human": False}))]
     assert dock_returns(rows) == {"docked": 1, "carried": 1} and dock_returns([{}]) == {}
+
+
+def test_of_a_real_robot_the_estimate_alone_is_drawn_and_has_no_error(tmp_path, an_episode, a_plan):
+    folder = RunFolder(tmp_path)
+    folder.create(SETTINGS, {}, {}, replace(a_plan(), bounded=False))
+    live = replace(an_episode(), estimate=an_episode().pose, dock={"human": False, "attempts": 1})
+    folder.save_episode(0, live)
+    figure = beliefs.paths(Run(folder))
+    labels = [line.get_label() for line in figure.axes[0].lines]
+    assert "estimated path" in labels and "true path" not in labels and "true" not in figure.get_suptitle()
+    assert "can be reached" not in {str(one.get_label()) for one in meanings(figure.axes[0], Run(folder).plan)}
+    assert estimate_error(live) == {"docked": True, "carried": False}

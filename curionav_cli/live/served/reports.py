@@ -12,26 +12,35 @@ import cv2
 import numpy as np
 
 from curionav_cli.errors import ConfigError
-from curionav_cli.live.contacts import CREATE_HAZARDS, KOBUKI_CHARGING, KOBUKI_EMPTY, KOBUKI_FULL
+from curionav_cli.live.contacts import (
+    CREATE_HAZARDS,
+    KOBUKI_CHARGING,
+    KOBUKI_EMPTY,
+    KOBUKI_FULL,
+    SIDES,
+    SUPPLY_CHARGING,
+    SUPPLY_DISCHARGING,
+)
 from curionav_cli.live.messages import stamp
 from curionav_cli.live.served.body import TICK, ServedBody
 from curionav_cli.live.transport import Message
 from curionav_cli.records import Pose
 
 BASE, ODOM, SCANNER, CAMERA, MAP = "base_link", "odom", "scanner", "camera", "map"  # frames
-BUMPERS = ("left", "centre", "right")  # kobuki_msgs/BumperEvent.bumper
 FULL_VOLTS, NO_COVARIANCE = 16.0, -1.0  # sensor_msgs: -1 says that a quantity is not measured
 
 
 class Moment(NamedTuple):
     """A served robot at a time. seconds: of the stamps; ros: 1 or 2; views: image and depth of the camera, which is
-    rendered when one of them is asked for; turned: radians to the left by which the scanner looks away from ahead."""
+    rendered when one of them is asked for; turned: radians to the left by which the scanner looks away from ahead;
+    side: of the bumper, that of an event."""
 
     body: ServedBody
     seconds: float
     ros: int
     views: Callable[[], tuple[np.ndarray, np.ndarray]]
     turned: float
+    side: str = "centre"
 
     def header(self, frame: str) -> Message:
         return {"header": {**stamp(self.seconds, self.ros), "frame_id": frame}}
@@ -104,7 +113,9 @@ def laser(now: Moment) -> Message:
 
 def battery(now: Moment) -> Message:
     """sensor_msgs/BatteryState."""
-    return {**now.header(BASE), "percentage": share(now), "voltage": FULL_VOLTS, "present": True}
+    status = SUPPLY_CHARGING if now.body.charging else SUPPLY_DISCHARGING
+    return {**now.header(BASE), "percentage": share(now), "voltage": FULL_VOLTS, "present": True,
+            "power_supply_status": status}
 
 
 def share(now: Moment) -> float:
@@ -128,9 +139,8 @@ def dock_status(now: Moment) -> Message:
 
 
 def kobuki_bumper(now: Moment) -> Message:
-    """kobuki_msgs/BumperEvent: the third that is pressed now, or the middle one let go."""
-    bump = now.body.reading.bump
-    return {"bumper": BUMPERS.index(bump or "centre"), "state": int(bump is not None)}
+    """kobuki_msgs/BumperEvent: a third of the bumper is pressed now, or let go."""
+    return {"bumper": SIDES.index(now.side), "state": int(now.body.reading.bump == now.side)}
 
 
 def kobuki_quiet(now: Moment) -> Message:
@@ -138,11 +148,21 @@ def kobuki_quiet(now: Moment) -> Message:
     return {"sensor": 0, "wheel": 0, "state": 0}
 
 
+def light(now: Moment) -> Message:
+    """std_msgs/UInt8MultiArray: a frame of the right, the centre and the left receiver."""
+    return {"data": base64.b64encode(bytes(now.body.infrared.frame(now.body.body.pose))).decode()}
+
+
+def kobuki_light(now: Moment) -> Message:
+    """kobuki_msgs/DockInfraRed: the same."""
+    return {**now.header(BASE), **light(now)}
+
+
 def hazards(now: Moment) -> Message:
     """irobot_create_msgs/HazardDetectionVector."""
     kind = next(number for number, name in CREATE_HAZARDS.items() if name == "bumper")
     bump = now.body.reading.bump
-    found = [{**now.header(f"bump_front_{bump}"), "type": kind}] if bump else []
+    found = [{**now.header(f"bump_front_{bump}".replace("centre", "center")), "type": kind}] if bump else []
     return {**now.header(BASE), "detections": found}
 
 
@@ -169,7 +189,8 @@ TOUCH: dict[str, Writer] = {"BumperEvent": kobuki_bumper, "CliffEvent": kobuki_q
 WRITERS: dict[str, dict[str, Writer]] = {
     "image": {"CompressedImage": compressed, "Image": colour}, "depth": {"Image": depth}, "scan": {"LaserScan": laser},
     "odom": {"Odometry": odometry}, "imu": {"Imu": gyro}, "battery": POWER,
-    "docked": {"DockStatus": dock_status, "SensorState": kobuki_state}, "contact": TOUCH,
+    "docked": {"DockStatus": dock_status, "SensorState": kobuki_state, "BatteryState": battery}, "contact": TOUCH,
+    "dock_ir": {"DockInfraRed": kobuki_light, "UInt8MultiArray": light},
     "truth": {"Odometry": ground_truth}, "frames": {"TFMessage": frames}, "clock": {"Clock": clock}}
 
 

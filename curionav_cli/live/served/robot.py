@@ -22,8 +22,8 @@ from curionav_cli.live.transport import Message, Transport
 from curionav_cli.live.wheels import stamped, velocity_type
 from curionav_cli.world.render.renderer import Renderer
 
-SENT = {"odom": 25.0, "imu": 25.0, "scan": 10.0, "battery": 2.0, "docked": 5.0, "contact": 5.0, "truth": 25.0,
-        "frames": 25.0, "clock": 25.0}  # times a second
+SENT = {"odom": 25.0, "imu": 25.0, "scan": 10.0, "battery": 2.0, "docked": 5.0, "dock_ir": 10.0, "contact": 5.0,
+        "truth": 25.0, "frames": 25.0, "clock": 25.0}  # times a second
 EVENTS = ("BumperEvent", "CliffEvent", "WheelDropEvent")  # sent where something changes only
 FASTEST, FASTEST_TURN = 0.7, 3.1  # m/s and rad/s that the wheels can do
 HAND = "/put_back"  # a person's hand: carries the robot back to where it began
@@ -53,7 +53,8 @@ class ServedRobot:
         self.goal: ServedGoal | None = None
         self._waiting: list[ServedGoal] = []
         self._command, self._commanded = (0.0, 0.0), -DEAF_AFTER
-        self._touching, self._complained, self._carried = False, "", False
+        self._pressed: str | None = None
+        self._complained, self._carried = "", False
         self._lock = threading.Lock()
         self.sent = [self._advertised(key, topic) for key, topic in topics_of(link, serving).items()]
         self._listen()
@@ -149,14 +150,16 @@ class ServedRobot:
 
     def _report(self) -> None:
         """Send what is due after a tick."""
-        touching = self.body.reading.bump is not None
-        changed, self._touching = touching != self._touching, touching
+        bump = self.body.reading.bump
+        changed = [side for side in (self._pressed, bump) if side and self._pressed != bump]
+        self._pressed = bump
         dark = self.body.charging and bool(self.link.profile.undock.name)
         now = self.moment()
         for key, name, write, every in self.sent:
-            due = (every and self.body.ticks % every == 0) or (changed and key.startswith("contact"))
-            if due and not (dark and key in SILENT_ON_DOCK):
+            if every and self.body.ticks % every == 0 and not (dark and key in SILENT_ON_DOCK):
                 self.transport.publish(name, write(now))
+            for side in changed if key.startswith("contact") else ():
+                self.transport.publish(name, write(now._replace(side=side)))
 
     def moment(self) -> Moment:
         """The present, whose picture is rendered once at most."""

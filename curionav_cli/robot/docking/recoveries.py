@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from curionav_cli.robot.docking_settings import Docking, Recovery
+from curionav_cli.robot.docking_settings import ByLight, Recovery
 
 Place = tuple[float, float]  # metres before the dock, metres to its left
 
@@ -24,7 +24,7 @@ PLACES: dict[Recovery, tuple[Place | None, ...]] = {
 }
 
 
-def attempts(settings: Docking) -> Iterator[tuple[str, Place | None]]:
+def attempts(settings: ByLight) -> Iterator[tuple[str, Place | None]]:
     """Yields (name, place) of each attempt: the staging pose, then the places of the recoveries in their order."""
     yield "staging", (settings.staging, 0.0)
     for recovery in settings.recoveries:

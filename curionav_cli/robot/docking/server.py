@@ -33,9 +33,8 @@ from curionav_cli.robot.docking.action import (
 )
 from curionav_cli.robot.docking.approach import Approach, State
 from curionav_cli.robot.docking.recoveries import attempts
-from curionav_cli.robot.docking_settings import Docking as Settings
-from curionav_cli.robot.interface import Base
-from curionav_cli.robot.localiser import Localiser
+from curionav_cli.robot.docking_settings import ByLight
+from curionav_cli.robot.interface import Docker, Estimate
 from curionav_cli.robot.navigation import TICKS, Navigator, NavStatus
 
 Ticks = Generator[None, None, None]
@@ -47,7 +46,7 @@ NEEDED = ("wheel", "gyro", "lidar", "depth", "infrared", "bumper")
 class DockingServer:
     """The server. code: how the last goal ended, None before; attempts, recoveries, seconds: of the present goal."""
 
-    def __init__(self, base: Base, localiser: Localiser, navigator: Navigator, settings: Settings):
+    def __init__(self, base: Docker, localiser: Estimate, navigator: Navigator, settings: ByLight):
         self.base, self.localiser, self.navigator, self.settings = base, localiser, navigator, settings
         self.approach = Approach(settings.approach)
         self.state, self.phase = GoalState.pending, Phase.idle
