@@ -20,6 +20,7 @@ from curionav_cli.results.coverage import DENOMINATORS, RULES
 from curionav_cli.results.prediction import figures as prediction_figures
 from curionav_cli.results.probing import figures as probe_figures
 from curionav_cli.results.runs import Run, distinguish
+from curionav_cli.storage import pictures
 from curionav_cli.storage.run_folder import RunFolder
 
 CHOICES: dict[str, tuple[str, ...]] = {
@@ -44,6 +45,9 @@ def run(words: list[str]) -> int:
     rules, denominators = ((chosen[key],) if key in chosen else CHOICES[key] for key in ("marking", "denominator"))
     episodes, films = ({run.folder.path: indices(key, chosen.get(key), run) for run in runs}
                        for key in ("episodes", "film"))
+    for run in runs:
+        for episode in films[run.folder.path]:
+            pictures.refuse_thinned(run.episodes[episode])
     console = a_console()
     distinguish(runs)
     counted = {run.folder.path: [replace(run, rule=rule, denominator=of) for rule in rules for of in denominators]

@@ -17,6 +17,7 @@ from curionav_cli.results import floor_plans, plots
 from curionav_cli.results.lettering import columns_for, wrapped
 from curionav_cli.results.runs import Run
 from curionav_cli.results.tables import percent
+from curionav_cli.storage import pictures
 
 STRIP = 9  # frames of a first-person strip
 PAST = "viridis_r"  # from pale to dark in the course of an episode, also in greyscale
@@ -38,7 +39,10 @@ def beside(runs: Sequence[Run]) -> Figure:
 
 
 def card(run: Run, others: Sequence[Run]) -> Figure:
-    """Draw a run at a glance: heatmap, its curve and the others' (of the same environment), first-person frames."""
+    """Draw a run at a glance: heatmap, its curve and the others' (of the same environment), first-person frames.
+
+    Without frames where the run did not keep them.
+    """
     figure = Figure((8.6, 4.6), layout="constrained")
     above, below = figure.subfigures(2, 1, height_ratios=(3.5, 1.1), squeeze=False).flat
     wide, _ = floor_plans.figure_size(run.plan, 1.6, 0.4)
@@ -51,12 +55,16 @@ def card(run: Run, others: Sequence[Run]) -> Figure:
     names = right.get_legend_handles_labels()[1]
     right.legend(loc="upper center", bbox_to_anchor=(0.5, -0.16), ncols=columns_for(figure, names, share=0.6),
                  columnspacing=1.2)
+    newest = f"camera, episode {len(run.episodes) - 1}, by step"
+    if pictures.kept(run.episodes[-1]) is not None:
+        below.suptitle(f"{newest}: not kept (loop.keep)", fontsize=8)
+        return figure
     step, seen = strip(run)
     for axes, number, frame in zip(below.subplots(1, STRIP), step, seen):
         axes.imshow(frame)
         axes.set_title(f"{number}", fontsize=7, pad=2)
         axes.set_axis_off()
-    below.suptitle(f"camera, episode {len(run.episodes) - 1}, by step", fontsize=8)
+    below.suptitle(newest, fontsize=8)
     return figure
 
 
