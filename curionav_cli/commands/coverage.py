@@ -15,7 +15,7 @@ from curionav_cli.errors import ConfigError, RunFolderError
 from curionav_cli.execution.screen import a_console
 from curionav_cli.files import file_name, folder_for
 from curionav_cli.records import Episode
-from curionav_cli.results import film, panels, plots
+from curionav_cli.results import film, learning, panels, plots
 from curionav_cli.results.coverage import DENOMINATORS, RULES
 from curionav_cli.results.prediction import figures as prediction_figures
 from curionav_cli.results.probing import figures as probe_figures
@@ -65,6 +65,7 @@ def run(words: list[str]) -> int:
         made = [name for counting in counted[run.folder.path] for name in draw(counting, folder)]
         made += draw_episodes(run, episodes[run.folder.path], films[run.folder.path], folder)
         made += prediction_figures.draw(run, folder) + probe_figures.draw(run.folder.path, folder, (run.env, run.agent))
+        made += learning.draw(run, folder)
         print_files(console, folder, made)
     firsts = [countings[0] for countings in counted.values()]
     together = draw_together(firsts, out) + prediction_figures.draw_beside(runs, out) if out else []

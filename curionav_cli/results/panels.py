@@ -23,8 +23,11 @@ STRIP = 9  # frames of a first-person strip
 PAST = "viridis_r"  # from pale to dark in the course of an episode, also in greyscale
 
 
-def beside(runs: Sequence[Run]) -> Figure:
-    """Draw the first run's heatmap, then the curve of every run in a panel of its own; runs of one environment."""
+def beside(runs: Sequence[Run], until: int | None = None) -> Figure:
+    """Draw the first run's heatmap, then the curve of every run in a panel of its own; runs of one environment.
+
+    until: the end of the axis of steps; each run's own end by default.
+    """
     wide, _ = floor_plans.figure_size(runs[0].plan, 3.4, 1.3)
     figure = Figure((2.0 + wide + 3.6 * len(runs), 3.6), layout="constrained")
     left, *rest = figure.subplots(1, 1 + len(runs), width_ratios=[1.2 + 0.8 * wide, *[3.0] * len(runs)])
@@ -34,7 +37,10 @@ def beside(runs: Sequence[Run]) -> Figure:
     for letter, axes, run in zip("bcdefgh", rest, runs):
         share = run.coverage.share
         reached = plots.share_of(run) if share is None else percent(share)
-        plots.draw_curves(axes, [run], wrapped(f"{letter}  {run.agent}, seed {run.seed}: {reached}", 2.9))
+        short = f" after {run.curve.steps:,} steps" if until else ""
+        plots.draw_curves(axes, [run], wrapped(f"{letter}  {run.agent}, seed {run.seed}: {reached}{short}", 2.9))
+        if until:
+            axes.set_xlim(0, until)
     return figure
 
 

@@ -6,6 +6,7 @@ is replaced as a whole, so that a kill at any moment leaves the old one or the n
 
 from __future__ import annotations
 
+import json
 from dataclasses import replace
 from pathlib import Path
 
@@ -13,8 +14,11 @@ import numpy as np
 
 from curionav_cli.constants import IMAGE_SHAPE
 from curionav_cli.errors import RunFolderError
-from curionav_cli.files import SMALL, opened, read_arrays, write_arrays
+from curionav_cli.files import SMALL, opened, read_arrays, understood, write_arrays
 from curionav_cli.records import GONE, Episode
+
+
+NO_FRAMES, NO_IMAGES = np.zeros(0, np.int64), np.zeros((0, *IMAGE_SHAPE), np.uint8)
 
 
 def kept(path: Path) -> np.ndarray | None:
@@ -59,9 +63,8 @@ def thin(path: Path, frame: np.ndarray) -> None:
         episode = Episode.load(path, thinned=True)
         replace(episode, image=episode.images(left, path), kept=left.astype(np.int64)).save(path)
     else:
-        numbers = read_arrays(path, ("action", "pose", "collided", "events"), ("estimate", "dock"))
-        none = {"kept": np.zeros(0, np.int64), "kept_image": np.zeros((0, *IMAGE_SHAPE), np.uint8)}
-        write_arrays(path, {**none, **numbers}, SMALL)
+        held = read_arrays(path, ("action", "pose", "collided", "events"), ("estimate", "dock"))
+        write_arrays(path, {"kept": NO_FRAMES, "kept_image": NO_IMAGES, **held}, SMALL)
 
 
 def thin_prediction(path: Path) -> None:
@@ -70,3 +73,11 @@ def thin_prediction(path: Path) -> None:
     held = read_arrays(path, names, ("every", "image"))
     if held.pop("image", None) is not None:
         write_arrays(path, held, SMALL)
+
+
+def numbers(path: Path) -> Episode:
+    """An episode without its images: poses, actions, events. Raises RunFolderError where its file is broken."""
+    held = read_arrays(path, ("action", "pose", "collided", "events"))
+    with understood(path):
+        events = tuple(json.loads(str(held["events"])))
+    return Episode(NO_IMAGES, held["action"], held["pose"], held["collided"], events, kept=NO_FRAMES)
