@@ -17,7 +17,6 @@ from curionav_cli.errors import RunFolderError
 from curionav_cli.files import SMALL, opened, read_arrays, understood, write_arrays
 from curionav_cli.records import GONE, Episode
 
-
 NO_FRAMES, NO_IMAGES = np.zeros(0, np.int64), np.zeros((0, *IMAGE_SHAPE), np.uint8)
 
 
