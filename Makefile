@@ -82,7 +82,18 @@ else
   MEASURED = loop.episodes=5
 endif
 
-.PHONY: help setup explore controls teach pretrained test docs clients trackers ros-peer ros-explore lint clean figures cost comparison paper-vs-ours $(FIGURES) $(TABLES)
+# make paper-length: docs/paper-length.md, in its order. make -j2 paper-length works at two lines at a time.
+LENGTH = outputs/paper_length/$(if $(filter smoke,$(SCALE)),smoke,cpu)
+IN_LAB = experiment=paper_length_lab $(SHORT)
+IN_APARTMENT = experiment=paper_length_apartments $(SHORT)
+SHORT = $(if $(filter smoke,$(SCALE)),loop.episodes=2 loop.steps=100 loop.iterations=2)
+UNTRAINED = agent=bounce,sticky,random,mapper 'seed=range($(if $(filter smoke,$(SCALE)),2,3))'
+CBETS = agent=cbet,cbet_ego,cbet_lifelong
+FURTHER = $(if $(filter smoke,$(SCALE)),,loop.episodes=10000)
+LENGTHS = lab lab_untrained lab_shuffled lab_unchanged lab_seed_1 lab_cbet \
+	$(foreach n,0 1 2,apartment_$(n) apartment_$(n)_untrained apartment_$(n)_cbet) room
+
+.PHONY: help setup explore controls teach pretrained test docs clients trackers ros-peer ros-explore lint clean figures cost comparison paper-vs-ours paper-length paper-length-figures $(FIGURES) $(TABLES)
 
 help:
 	@echo "make explore   set up, then run LBS Dreamer in a room, beside random and bounce"
@@ -91,6 +102,7 @@ help:
 	@echo "make pretrained  an agent trained in the apartments, for curionav evaluate pretrained=apartments: an hour"
 	@echo "make figures   every figure and table of the paper: SCALE=smoke minutes, cpu hours, paper weeks on a GPU"
 	@echo "               one of them: make $(FIGURES) $(TABLES)"
+	@echo "make paper-length  the lab, the apartments and the small room to the paper's last step: days (SCALE=smoke: minutes)"
 	@echo "make comparison  ours, C-BET and the baselines: SCALE=cpu, five seeds, hours"
 	@echo "make test      set up, then run the tests, two files at a time (WORKERS=4: four)"
 	@echo "make docs      write the reference pages, and these docs as a site: site/index.html"
@@ -185,6 +197,29 @@ paper-vs-ours: table-docking $(SWEEPS:%=$(RUNS)/%/.done)
 
 comparison: $(RUNS)/many/.done
 	$(CURIONAV) compare $(RUNS)/many baseline=random out=$(FIG)/comparison
+
+$(LENGTH)/lab/.done: LINE = $(IN_LAB) env.changes=true
+$(LENGTH)/lab_untrained/.done: LINE = $(IN_LAB) $(UNTRAINED)
+$(LENGTH)/lab_shuffled/.done: LINE = $(IN_LAB) env.changes=true agent.curiosity=shuffled
+$(LENGTH)/lab_unchanged/.done: LINE = $(IN_LAB) env.changes=false
+$(LENGTH)/lab_seed_1/.done: LINE = $(IN_LAB) env.changes=true seed=1
+$(LENGTH)/lab_cbet/.done: LINE = $(IN_LAB) $(CBETS) env.changes=true
+$(LENGTH)/apartment_0%.done: APARTMENT = env=apartment_0
+$(LENGTH)/apartment_1%.done: APARTMENT = env=apartment_1
+$(LENGTH)/apartment_2%.done: APARTMENT = env=apartment_2
+$(LENGTH)/apartment_%/.done: LINE = $(IN_APARTMENT) $(APARTMENT)
+$(LENGTH)/apartment_%_untrained/.done: LINE = $(IN_APARTMENT) $(APARTMENT) $(UNTRAINED)
+$(LENGTH)/apartment_%_cbet/.done: LINE = $(IN_APARTMENT) $(APARTMENT) $(CBETS) $(FURTHER)
+$(LENGTH)/room/.done: LINE = experiment=paper_length_room $(SHORT)
+$(LENGTH)/%/.done: | $(READY)
+	$(CURIONAV) explore -m $(strip $(LINE)) hydra.sweep.dir=$(@D)
+	@touch $@
+
+paper-length: $(LENGTHS:%=$(LENGTH)/%/.done) paper-length-figures
+
+# Of the runs that there are, also while they go on.
+paper-length-figures: | $(READY)
+	$(CURIONAV) paper figures $(LENGTH)/* out=$(LENGTH)_figures
 
 # About 3.8 MB. Time at SCALE=cpu: docs/card.md.
 pretrained: $(READY)

@@ -18,7 +18,7 @@ import numpy as np
 from curionav_cli.constants import ACTIONS, IMAGE_SHAPE
 from curionav_cli.decisions import Decisions, Every
 from curionav_cli.errors import RunFolderError
-from curionav_cli.files import read_arrays, understood, write_arrays
+from curionav_cli.files import FAST, SMALL, read_arrays, understood, write_arrays
 
 
 class Pose(NamedTuple):
@@ -30,6 +30,7 @@ class Pose(NamedTuple):
 
 
 ORIGIN = Pose(0.0, 0.0, 0.0)
+GONE = "{} holds {} of its {} images: the run did not keep the others (loop.keep)."
 
 
 @dataclass(frozen=True)
@@ -111,8 +112,9 @@ class Episode:
     x y yaw in metres and radians; collided (T,) bool, forward moves that were cut short or cancelled; events: what
     changed in the world before the episode (moved objects, light). With odometry drift also estimate (T+1, 3), the
     estimated x y yaw, and dock, the return to dock before the episode as a dictionary of DockReport (None before the
-    first). Of a bag also depth (T+1, 64, 64) float32, metres along the optical axis, where the bag has it; nothing
-    that learns uses it, so that `load` leaves it out unless it is asked for.
+    first). kept (K,) int64, rising: where the run did not keep all images (loop.keep), the frames of those in `image`.
+    Of a bag also depth (T+1, 64, 64) float32, metres along the optical axis, where the bag has it; nothing that learns
+    uses it, so that `load` leaves it out unless it is asked for.
     """
 
     image: np.ndarray
@@ -122,57 +124,84 @@ class Episode:
     events: tuple[dict[str, Any], ...] = field(default=())
     estimate: np.ndarray | None = None
     dock: dict[str, Any] | None = None
+    kept: np.ndarray | None = None
     depth: np.ndarray | None = None
 
     def __len__(self) -> int:
         return len(self.action)
 
+    def images(self, frame: np.ndarray, what: object = "the episode") -> np.ndarray:
+        """Images (n, 64, 64, 3) of these frames (n,). Raises RunFolderError, which names `what`, for one not kept."""
+        if self.kept is None:
+            return self.image[frame]
+        if not np.isin(frame, self.kept).all():
+            raise RunFolderError(GONE.format(what, len(self.kept), len(self) + 1))
+        return self.image[np.searchsorted(self.kept, frame)]
+
     def every(self, every: Every) -> Episode:
         """The episode at the frames at which its agent chose. Raises RunFolderError as `Every.decisions` does."""
         return self.at(every.decisions(self.action, self.collided))
 
-    def at(self, kept: Decisions) -> Episode:
-        """The episode at these frames, with what was chosen as its actions; what was cut off at its end is left out."""
-        if len(kept.action) == len(self):  # every step was chosen, and a choice of one step is its primitive action
+    def at(self, kept: Decisions, what: object = "the episode") -> Episode:
+        """The episode at these frames, with what was chosen as its actions; what was cut off at its end is left out.
+
+        Raises RunFolderError, which names `what`, where images of these frames were not kept.
+        """
+        if len(kept.action) == len(self) and self.kept is None:  # a choice of one step is its primitive action
             return self
         frame = kept.frame
         estimate, depth = (None if array is None else array[frame] for array in (self.estimate, self.depth))
         collided = np.array([self.collided[first:end].any() for first, end in pairwise(frame)], bool)
-        return replace(self, image=self.image[frame], action=kept.action, pose=self.pose[frame], estimate=estimate,
-                       collided=collided, depth=depth)
+        return replace(self, image=self.images(frame, what), action=kept.action, pose=self.pose[frame],
+                       estimate=estimate, collided=collided, depth=depth, kept=None)
 
     def save(self, path: Path) -> None:
         """Write the episode as npz, whole or absent; same bytes for the same episode."""
-        arrays = {"image": self.image, "action": self.action, "pose": self.pose, "collided": self.collided,
+        images = {"image": self.image} if self.kept is None else {"kept": self.kept, "kept_image": self.image}
+        arrays = {**images, "action": self.action, "pose": self.pose, "collided": self.collided,
                   "events": np.array(json.dumps(self.events))}
         if self.estimate is not None:
             arrays |= {"estimate": self.estimate, "dock": np.array(json.dumps(self.dock))}
         if self.depth is not None:
             arrays["depth"] = self.depth
-        write_arrays(path, arrays)
+        write_arrays(path, arrays, FAST if self.kept is None else SMALL)
 
     @classmethod
-    def load(cls, path: Path, depth: bool = False) -> Episode:
-        """Read what `save` wrote. Raises RunFolderError where the file is broken or the shapes do not fit.
+    def load(cls, path: Path, thinned: bool = False, depth: bool = False) -> Episode:
+        """Read what `save` wrote. thinned: also one of which not all images are kept; depth: it too, where it is there.
 
-        depth: read it too, where the file has it.
+        Raises RunFolderError where the file is broken, the shapes do not fit, or images are gone.
         """
-        optional = ("estimate", "dock", *(["depth"] if depth else []))
-        arrays = read_arrays(path, ("image", "action", "pose", "collided", "events"), optional)
+        arrays = read_arrays(path, ("action", "pose", "collided", "events"),
+                             ("image", "kept", "kept_image", "estimate", "dock", *(["depth"] if depth else [])))
         with understood(path):
             events = tuple(json.loads(str(arrays.pop("events"))))
             dock = json.loads(str(arrays.pop("dock", "null")))
-        image, action = arrays["image"], arrays["action"].reshape(-1)
-        shapes = [arrays[key].shape for key in ("image", "action", "pose", "collided")]
-        steps = len(action)
-        if shapes != [(steps + 1, *IMAGE_SHAPE), (steps,), (steps + 1, 3), (steps,)] or image.dtype != np.uint8 or \
-                not np.isin(action, ACTIONS).all():
-            raise RunFolderError(f"{path} holds no episode: its images are {image.dtype} {image.shape}, "
-                                 f"for {len(action)} actions that should be 0, 1 or 2.")
-        if "depth" in arrays and (arrays["depth"].dtype, arrays["depth"].shape) != (np.float32, image.shape[:3]):
-            raise RunFolderError(f"{path} holds depth of {arrays['depth'].dtype} {arrays['depth'].shape}, "
-                                 f"for {len(image)} images.")
-        return cls(**arrays, events=events, dock=dock)
+            if "kept" in arrays:
+                arrays["image"] = arrays.pop("kept_image")
+            episode = cls(**arrays, events=events, dock=dock)
+        refuse_misshapen(episode, path)
+        if episode.kept is not None and not thinned:
+            raise RunFolderError(GONE.format(path, len(episode.kept), len(episode) + 1))
+        return episode
+
+
+def refuse_misshapen(episode: Episode, path: Path) -> None:
+    """Raises RunFolderError where the arrays read from `path` do not fit together."""
+    image, action, kept = episode.image, episode.action.reshape(-1), episode.kept
+    steps = len(action)
+    held = steps + 1 if kept is None else kept.size
+    shapes = [array.shape for array in (image, episode.action, episode.pose, episode.collided)]
+    if shapes != [(held, *IMAGE_SHAPE), (steps,), (steps + 1, 3), (steps,)] or image.dtype != np.uint8 or \
+            not np.isin(action, ACTIONS).all():
+        raise RunFolderError(f"{path} holds no episode: its images are {image.dtype} {image.shape}, "
+                             f"for {steps} actions that should be 0, 1 or 2.")
+    if kept is not None and not (kept.dtype == np.int64 and kept.ndim == 1 and
+                                 (np.diff([-1, *kept, steps + 1]) > 0).all()):
+        raise RunFolderError(f"{path} holds no episode: its `kept` does not rise from 0 to {steps}.")
+    depth = episode.depth
+    if depth is not None and (depth.dtype, depth.shape) != (np.float32, image.shape[:3]):
+        raise RunFolderError(f"{path} holds depth of {depth.dtype} {depth.shape}, for {len(image)} images.")
 
 
 @dataclass(frozen=True)
@@ -233,7 +262,8 @@ class Prediction:
 
     The agent observes a few frames of context, then the actions alone. W windows, drawn at F steps: step (F,) int64
     counts from the last frame of the context, so that steps up to 0 are reconstructed and later ones predicted;
-    frame (W, F) int64, their indices in the episode; image (W, F, 64, 64, 3) uint8, the agent's. error and repeat
+    frame (W, F) int64, their indices in the episode; image (W, F, 64, 64, 3) uint8, the agent's, or (0, F, 64, 64, 3)
+    where the run did not keep them (loop.keep). error and repeat
     (N, H) float32: mean squared errors, of images in [0, 1], after `every` to H * every steps of N windows evenly
     spread, of the agent and of repeating the last frame of the context. every: steps for which an action is held; no
     frame in between is predicted. 0: actions of different lengths (options), and `step` and H count these.
@@ -255,14 +285,16 @@ class Prediction:
 
     def save(self, path: Path) -> None:
         """Write the prediction as npz, whole or absent."""
-        own = {key: np.asarray(value) for key, value in vars(self).items() if key != "surprise"}
+        left_out = {"surprise"} if len(self.image) else {"surprise", "image"}
+        own = {key: np.asarray(value) for key, value in vars(self).items() if key not in left_out}
         write_arrays(path, own | {f"surprise_{key}": value for key, value in vars(self.surprise).items()})
 
     @classmethod
     def load(cls, path: Path) -> Prediction:
         """Read what `save` wrote. Raises RunFolderError where the file is broken."""
-        own = read_arrays(path, ("step", "frame", "image", "error", "repeat"), ("every",))
+        own = read_arrays(path, ("step", "frame", "error", "repeat"), ("image", "every"))
         with understood(path):
+            own.setdefault("image", np.zeros((0, own["step"].size, *IMAGE_SHAPE), np.uint8))
             every = int(own.pop("every", np.array(1)))
             if every < 0:
                 raise ValueError(f"an action is held for {every} steps")

@@ -44,6 +44,7 @@ class Agent(ABC):
     learns: `learn` does something; without it the loop keeps no replay and calls neither `learn` nor `predict`.
     sees: it acts by images or depth although it does not learn; the docking trial draws them for it.
     on_policy: it learns only from the episode that it has just acted in, so that offline training is refused.
+    counts: its reward counts over all episodes, so that the replay must hold them all.
     has_model: it has a world model, which `probe` measures.
     every: how often it chooses, at each step unless it says otherwise (action repeat, options); the replay keeps the
     frames at which it does.
@@ -54,6 +55,7 @@ class Agent(ABC):
     learns = False
     sees = False
     on_policy = False
+    counts = False
     has_model = False
     every: Every = EACH_STEP
     device: Any = "cpu"

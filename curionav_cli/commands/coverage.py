@@ -15,11 +15,12 @@ from curionav_cli.errors import ConfigError, RunFolderError
 from curionav_cli.execution.screen import a_console
 from curionav_cli.files import file_name, folder_for
 from curionav_cli.records import Episode
-from curionav_cli.results import film, panels, plots
+from curionav_cli.results import film, learning, panels, plots
 from curionav_cli.results.coverage import DENOMINATORS, RULES
 from curionav_cli.results.prediction import figures as prediction_figures
 from curionav_cli.results.probing import figures as probe_figures
 from curionav_cli.results.runs import Run, distinguish
+from curionav_cli.storage import pictures
 from curionav_cli.storage.run_folder import RunFolder
 
 CHOICES: dict[str, tuple[str, ...]] = {
@@ -44,6 +45,9 @@ def run(words: list[str]) -> int:
     rules, denominators = ((chosen[key],) if key in chosen else CHOICES[key] for key in ("marking", "denominator"))
     episodes, films = ({run.folder.path: indices(key, chosen.get(key), run) for run in runs}
                        for key in ("episodes", "film"))
+    for run in runs:
+        for episode in films[run.folder.path]:
+            pictures.refuse_thinned(run.episodes[episode])
     console = a_console()
     distinguish(runs)
     counted = {run.folder.path: [replace(run, rule=rule, denominator=of) for rule in rules for of in denominators]
@@ -61,6 +65,7 @@ def run(words: list[str]) -> int:
         made = [name for counting in counted[run.folder.path] for name in draw(counting, folder)]
         made += draw_episodes(run, episodes[run.folder.path], films[run.folder.path], folder)
         made += prediction_figures.draw(run, folder) + probe_figures.draw(run.folder.path, folder, (run.env, run.agent))
+        made += learning.draw(run, folder)
         print_files(console, folder, made)
     firsts = [countings[0] for countings in counted.values()]
     together = draw_together(firsts, out) + prediction_figures.draw_beside(runs, out) if out else []

@@ -10,7 +10,7 @@ from curionav_cli.commands import initial
 from curionav_cli.config.job import Outcome
 from curionav_cli.config.schema import Config, Learner
 from curionav_cli.errors import ConfigError
-from curionav_cli.execution import remote_setup
+from curionav_cli.execution import keeping, remote_setup
 from curionav_cli.execution.exploration import explore
 from curionav_cli.execution.launch import Request, launch
 from curionav_cli.execution.probing import refuse_of_robot
@@ -37,6 +37,7 @@ def check(settings: Config) -> None:
     build.refuse_privileged(settings, world)
     initial.check(settings, world)
     build.check_lengths(settings)
+    keeping.check(settings, lambda: build.agent(settings, world))
     if isinstance(settings.robot, Rosbridge):
         from curionav_cli.live.connect import refuse_unreachable
 

@@ -21,6 +21,7 @@ from curionav_cli.execution.interrupts import stoppable
 from curionav_cli.execution.screen import a_console
 from curionav_cli.files import folder_for
 from curionav_cli.records import Episode, Pose
+from curionav_cli.storage import pictures
 from curionav_cli.storage.robot_map import explored_part, newest_map
 from curionav_cli.storage.run_folder import RunFolder
 from curionav_cli.world.scene.scene import Scene
@@ -87,6 +88,8 @@ def planned(run: RunFolder, chosen: dict[str, str], many: bool) -> list[Job]:
         raise RunFolderError(f"{run.path} has no episodes. Name the folder of a run of curionav explore.")
     numbers = episode_numbers("episodes", chosen["episodes"], len(paths), run.path) if "episodes" in chosen else \
         range(len(paths))
+    for number in numbers:
+        pictures.refuse_thinned(paths[number])
     folder = folder_for(chosen["out"]) if "out" in chosen else run.path / "bags"
     name = f"{run.path.resolve().name}_" if many and "out" in chosen else ""
     return [Job(run, number, folder / f"{name}episode_{number:06d}") for number in numbers]

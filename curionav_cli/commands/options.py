@@ -109,7 +109,8 @@ ExportRate = Annotated[str | None, option("export", "rate", "Steps a second, fro
 
 PaperWords = Annotated[list[str] | None, folders(
     "WHAT [RUN]", "hyperparameters: the paper's and ours; sizes: of the scenes; docking: the diagram of the docking "
-    "server; numbers: every number of the paper beside ours, from these runs.")]
+    "server; of these runs: numbers: every number of the paper beside ours; figures: coverage at the paper's axes; "
+    "changes: what moved objects do to surprise and coverage.")]
 PaperOut = Annotated[str | None, option("paper", "out", f"{OUT} Default: the current one.")]
 
 Profile = Annotated[str, typer.Argument(metavar="PROFILE", help="turtlebot2i, turtlebot3, turtlebot4, or your own.")]

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from curionav_cli import build
-from curionav_cli.commands import diagram
+from curionav_cli.commands import diagram, paper_runs
 from curionav_cli.commands.arguments import one_of, sorted_out
 from curionav_cli.commands.summary import print_columns, print_files, write_text
 from curionav_cli.config.compose import composed
@@ -27,7 +27,8 @@ from curionav_cli.results.docking import came_home
 from curionav_cli.results.tables import Row
 from curionav_cli.storage.run_folder import RunFolder
 
-WHAT = ("hyperparameters", "sizes", "docking", "numbers")
+WHAT = ("hyperparameters", "sizes", "docking", "numbers", "figures", "changes")
+OF_RUNS = ("numbers", "figures", "changes")
 CHOICES: dict[str, tuple[str, ...]] = {"out": ()}
 PAGE = "paper-vs-ours.md"
 TITLES = {
@@ -52,7 +53,7 @@ def run(words: list[str]) -> int:
     """Print and write one of WHAT; returns the exit code. words: which one, folders of runs, out=DIR."""
     what = one_of("paper", words[0] if words else "", WHAT)
     folders, chosen = sorted_out("paper", words[1:], CHOICES)
-    if folders and what != "numbers":
+    if folders and what not in OF_RUNS:
         raise ConfigError(f"curionav paper {what} reads no runs, only settings. Leave out {folders[0]}.")
     out = folder_for(chosen.get("out", "."))
     console = a_console()
@@ -62,6 +63,8 @@ def run(words: list[str]) -> int:
         rooms = [composed("paper", f"env={env}", "agent=bounce", "robot=turtlebot2i") for env in diagram.ROOMS]
         print_files(console, out, [diagram.draw(rooms, out)])
         return 0
+    if what in ("figures", "changes"):
+        return paper_runs.run(what, folders, out, console)
     if what == "numbers":
         parts, lost = numbers(folders)
         texts = {PAGE: page(shlex.join(["curionav", "paper", *words]), parts, lost)}

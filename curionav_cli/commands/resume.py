@@ -32,14 +32,15 @@ from curionav_cli.storage.run_folder import RunFolder
 # A run may be longer than planned, files may move, machines differ in memory, CUDA graphs may fail, and a probe only
 # measures.
 ANY = ("env.map", "env.mesh", "env.overlay", "loop.replay_memory", "compile", "logger", "results.probe_every")
+IMAGES = "loop.keep"  # fewer of them than before, or more from now on
 BEGUN = Path(".hydra", "hydra.yaml")  # the first file that Hydra writes
 LONGER = "hydra.sweeper.n_trials"  # of a search, whose runs must stay equally long to be compared
 PINNED = ("hydra.sweep.dir", "hydra.run.dir", "hydra.mode")
 STORAGE = ("storage", *(f"remote.{field.name}" for field in fields(Remote)))  # where the storage is, and how it is used
 ROBOT = tuple(f"robot.{name}" for name in LINK)  # of a real one
-MAY_CHANGE = {"explore": ("loop.episodes", "init", *ANY, "env.floor", *ROBOT, *STORAGE),
+MAY_CHANGE = {"explore": ("loop.episodes", IMAGES, "init", *ANY, "env.floor", *ROBOT, *STORAGE),
               "train": ("loop.iterations", "data", "init", *ANY, *STORAGE),
-              "dock": ("dock.requests", *ANY), "evaluate": ("loop.episodes", "init", *ANY)}
+              "dock": ("dock.requests", *ANY), "evaluate": ("loop.episodes", IMAGES, "init", *ANY)}
 COMMANDS = {"explore": explore, "train": train, "dock": dock, "evaluate": evaluate}
 
 

@@ -17,7 +17,7 @@ from curionav_cli.commands.summary import print_files, print_next
 from curionav_cli.config.job import Outcome
 from curionav_cli.config.schema import Config, Learner
 from curionav_cli.errors import ConfigError
-from curionav_cli.execution import remote_setup
+from curionav_cli.execution import keeping, remote_setup
 from curionav_cli.execution.bag_data import folder_of
 from curionav_cli.execution.launch import Request, launch
 from curionav_cli.execution.screen import a_console
@@ -64,6 +64,7 @@ def check(settings: Config) -> None:
         why = "learns only from the episode it has just run" if agent.learns else "does not learn"
         raise ConfigError(f"agent={settings.agent.name} {why}, so stored episodes cannot train it. "
                           "Choose agent=lbs_dreamer.")
+    keeping.newest_drawn(agent, settings.loop)
     length, most = getattr(settings.agent, "sequence_length", 0), episodes.longest(data, names, agent.every)
     if length > most + 1:
         shorter = ", or a shorter agent.action_repeat" if agent.every.held > 1 else ""
@@ -81,6 +82,7 @@ def check_server(settings: Config) -> None:
                           "Leave it out.")
     build.check(settings)
     build.check_lengths(settings)
+    keeping.check(settings, lambda: build.agent(settings, build.world(settings)))
     remote_setup.check(settings)
 
 

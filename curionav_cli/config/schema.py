@@ -75,6 +75,15 @@ class Scale(Enum):
     paper = "paper"
 
 
+class Keep(Enum):
+    """Which images a run keeps. all: of every frame; replay: those that the learner may still draw, and the newest
+    episodes whole; poses: as replay, and none once the run is done."""
+
+    all = "all"
+    replay = "replay"
+    poses = "poses"
+
+
 @dataclass(frozen=True)
 class Loop:
     """One run: `episodes` times N `steps` of acting, then K `iterations` of learning (paper, "Lifelong learning").
@@ -86,9 +95,13 @@ class Loop:
     iterations: int
     episodes: int
     replay_memory: float  # GB of frames; the others are read from the disk
+    replay_episodes: int | None  # the newest, from which a learner draws; None: from all
+    keep: Keep
 
     def __post_init__(self) -> None:
         bounded("loop", self, {"steps episodes": (1, 10**6), "iterations": (0, 10**9), "replay_memory": (0, 10**6)})
+        if self.replay_episodes is not None:
+            bounded("loop", self, {"replay_episodes": (1, 10**6)})
 
 
 @dataclass(frozen=True)

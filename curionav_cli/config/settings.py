@@ -14,7 +14,7 @@ from omegaconf.errors import MissingMandatoryValue, OmegaConfBaseException
 
 from curionav_cli.agents.registry import AGENTS
 from curionav_cli.config.paths import rooted
-from curionav_cli.config.schema import Config
+from curionav_cli.config.schema import Config, Loop
 from curionav_cli.config.schema_source import ROBOTS, writable
 from curionav_cli.config.sources import MAIN, conf_dir
 from curionav_cli.config.suggestions import in_words, type_of
@@ -84,7 +84,9 @@ def read_settings(path: Path, changes: Sequence[str] = ()) -> Config:
                 node["env"] = writable(kind)
         if "homing" in recorded.robot:
             node.merge_with({"robot": {"docking": by_light()}})
-        node.merge_with({"agent": held("agent", [field.name for field in fields(agent)])}, recorded)
+        kinds = {"agent": agent, "loop": Loop}
+        older = {key: held(key, [field.name for field in fields(kind)]) for key, kind in kinds.items()}
+        node.merge_with(older, recorded)
         settings = as_settings(node)
     except OSError as error:
         raise RunFolderError(f"{path} cannot be read ({error.strerror}). Name the folder of a run.") from error

@@ -47,6 +47,9 @@ class DockingTrial:
             raise RunFolderError(f"{self.run.metrics_file} ends after {len(rows)} of {done} docking requests, "
                                  "so the run cannot go on. Restore it from a copy.")
 
+    def tidy(self) -> None:
+        """Nothing: a trial stores no images."""
+
     def rewind(self, done: int) -> None:
         self.run.write_metrics(self.run.metrics()[:done])
 

@@ -9,8 +9,9 @@ from typing import Any
 from curionav_cli import build
 from curionav_cli.agents.agent import Agent
 from curionav_cli.config.schema import Config, Learner
-from curionav_cli.config.settings import settings_yaml
+from curionav_cli.config.settings import read_settings, settings_yaml
 from curionav_cli.execution import remote_setup
+from curionav_cli.execution.keeping import Keeping, newest_drawn, refuse_gone, refuse_with_storage
 from curionav_cli.execution.lifecycle import fixed_settings, run_task
 from curionav_cli.execution.precision import with_precision
 from curionav_cli.execution.probing import prober
@@ -41,6 +42,7 @@ class Exploration:
     unit = key = "episode"
 
     def __init__(self, settings: Config, folder: Path, drawn: bool = True):
+        refuse_with_storage(settings)
         self.settings, self.run, self.total = settings, RunFolder(folder), settings.loop.episodes
         self.drawn = drawn
         self.world = build.world(settings)
@@ -75,8 +77,11 @@ class Exploration:
     def verify(self, done: int) -> None:
         self.run.refuse_gaps(done)
         FloorPlan.load(self.run.path / "plan.npz")  # a broken one is found before anything is run
-        for path in self.run.episode_paths()[:done]:
+        paths = self.run.episode_paths()[:done]
+        for path in paths:
             refuse_broken(path)
+        if done < self.total:
+            refuse_gone(paths[-(self.settings.loop.replay_episodes or 0):], self.settings.loop, self.agent)
 
     def rewind(self, done: int) -> None:
         self.run.rewind(done)
@@ -88,24 +93,40 @@ class Exploration:
             if self.drawn:
                 draw(self.run)
             logger.add_figures(drawn_figures(self.run))
+            self.keeping(agent).finish()
         if self.remote:
             remote_setup.refuse_undelivered(self.run)
+
+    def keeping(self, agent: Agent) -> Keeping:
+        """What of the run's images is kept."""
+        loop = self.settings.loop
+        return Keeping(self.run, loop.keep, agent.every, newest_drawn(agent, loop))
+
+    def tidy(self) -> None:
+        """Remove the images of a run that is done, where loop.keep keeps fewer than it did."""
+        if read_settings(self.run.config).loop.keep is not self.settings.loop.keep:
+            kept = self.keeping(self.agent())
+            kept.catch_up(len(self.run.episode_paths()))
+            kept.finish()
+            self.run.write("config.yaml", settings_yaml(self.settings))  # last: a kill before it leaves it to be done
 
     def explore(self, agent: Agent, first: int, logger: Loggers) -> None:
         """Run from episode `first` to the last."""
         run, loop, label = self.run, self.settings.loop, f"{self.settings.agent.name} seed {self.settings.seed}"
         coverage = cover(run.plan, run.poses())
-        stored = run.episode_paths() if agent.learns and not self.remote else []
-        memory = loop.replay_memory * 1e9
-        with closing(Replay.open(stored, memory=memory, folder=run.path, every=agent.every)) as replay, \
+        more, kept = first < loop.episodes, self.keeping(agent)
+        kept.catch_up(first)
+        stored = run.episode_paths() if agent.learns and not self.remote and more else []
+        with closing(Replay.open(stored, memory=loop.replay_memory * 1e9, folder=run.path, every=agent.every,
+                                 newest=newest_drawn(agent, loop))) as replay, \
                 closing(line(label, first, loop.episodes)) as progress, closing(self.env(first)) as env:
             recorder = Recorder(run, env, agent, None if self.remote else replay, self.fixed, logger,
                                 prober(self.settings, self.fixed, self.world, agent, run.path),
-                                coverage, ExploreProgress(progress, loop))
+                                coverage, ExploreProgress(progress, loop), kept)
             learn = remote_setup.remote_learner(self.settings, run, agent, self.shared) if self.remote else \
                 LocalLearner(agent, replay, loop.iterations, recorder, run.save_episode)
             run.set_status(state="running", error=None, episode=first, episodes=loop.episodes, **recorder.counts(),
-                           **recorder.usage())
+                           **(recorder.usage() if more else {}))
             run_episodes(env, agent, learn, episodes=loop.episodes, steps=loop.steps, seed=self.settings.seed,
                          watch=recorder, first=first)
 

@@ -46,6 +46,9 @@ class Task(Protocol):
     def verify(self, done: int) -> None:
         """Check that the first `done` units are there and whole. Raises RunFolderError."""
 
+    def tidy(self) -> None:
+        """Do what a changed setting asks of a run that is done already."""
+
     def rewind(self, done: int) -> None:
         """Remove what came after the first `done` units."""
 
@@ -65,6 +68,7 @@ def run_task(command: str, task: Task) -> RunFolder:
         if begun:
             checkpoint.refuse_changes(run.path, read_json(run.path / "fixed.json"), task.fixed)
             if finished(task):
+                task.tidy()
                 say(f"{run.path}: is done already")
                 return run
             saved = newest(task)
@@ -120,7 +124,8 @@ def fixed_settings(settings: Config, plan: FloorPlan, loop: Sequence[str] = ()) 
     fixed = {key: plain[key] for key in ("env", "agent", "robot", "seed")}
     fixed["env"] = {key: value for key, value in plain["env"].items() if key not in FILES}
     fixed["robot"] = {key: value for key, value in plain["robot"].items() if key not in LINK}
-    fixed["loop"] = {key: plain["loop"][key] for key in loop}
+    bound = ("replay_episodes",) if settings.loop.replay_episodes is not None else ()
+    fixed["loop"] = {key: plain["loop"][key] for key in (*loop, *bound)}
     fixed["visitable cells (sha256)"] = hashlib.sha256(plan.visitable.tobytes()).hexdigest()
     if settings.env.overlay:
         fixed["overlay (sha256)"] = hashlib.sha256(Path(settings.env.overlay).read_bytes()).hexdigest()

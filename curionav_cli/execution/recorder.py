@@ -9,6 +9,7 @@ from typing import Any
 from curionav_cli import build
 from curionav_cli.agents.agent import Agent
 from curionav_cli.constants import FORWARD, LEFT, RIGHT
+from curionav_cli.execution.keeping import Keeping
 from curionav_cli.execution.probing import Prober
 from curionav_cli.execution.progress import ExploreProgress, ServeProgress, TrainProgress
 from curionav_cli.geometry import wrapped
@@ -44,8 +45,10 @@ class Keeper:
     def usage(self) -> dict[str, Any]:
         """The size of the replay, for status.json; {} without a learner in this process."""
         replay = self.replay
-        return {"replay": {"episodes": len(replay), "steps": replay.steps, "bytes_in_memory": replay.in_memory,
-                           "bytes_on_disk": replay.on_disk}} if replay is not None and self.agent.learns else {}
+        if replay is None or not self.agent.learns:
+            return {}
+        return {"replay": {"episodes": len(replay) - replay.dropped, "steps": replay.steps,
+                           "bytes_in_memory": replay.in_memory, "bytes_on_disk": replay.on_disk}}
 
 
 class Recorder(Keeper, Callbacks):
@@ -53,9 +56,9 @@ class Recorder(Keeper, Callbacks):
 
     def __init__(self, run: RunFolder, env: build.Environment | None, agent: Agent, replay: Replay | None,
                  fixed: dict[str, Any], logger: Local, prober: Prober, coverage: Coverage,
-                 report: ExploreProgress | ServeProgress):
+                 report: ExploreProgress | ServeProgress, keeping: Keeping):
         super().__init__(run, agent, replay, fixed, logger, prober)
-        self.env, self.coverage, self.report = env, coverage, report
+        self.env, self.coverage, self.report, self.keeping = env, coverage, report, keeping
 
     def save(self, folder: Path) -> None:
         """Fill a checkpoint with the agent and the state of the environment after this episode."""
@@ -84,6 +87,7 @@ class Recorder(Keeper, Callbacks):
                **action_shares(episode), **estimate_error(episode), **metrics}
         explored = {"explored": True, "explored_at": int(metrics["explored"])} if "explored" in metrics else {}
         self.keep(index + 1, row, episode=index + 1, **counts, **explored)
+        self.keeping.after(index + 1)
         self.report.episode_done(self.coverage.share, self.coverage.visited, self.coverage.total)
 
 

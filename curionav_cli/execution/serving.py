@@ -16,6 +16,7 @@ from curionav_cli.agents.agent import Agent
 from curionav_cli.config.schema import Config
 from curionav_cli.errors import Unreachable
 from curionav_cli.execution.exploration import Exploration, draw, drawn_figures
+from curionav_cli.execution.keeping import newest_drawn
 from curionav_cli.execution.lifecycle import run_task
 from curionav_cli.execution.precision import with_precision
 from curionav_cli.execution.probing import prober
@@ -54,11 +55,12 @@ class Service(Exploration):
         with ExitStack() as stack:
             ledger = stack.enter_context(closing(Ledger(run.path / "ledger.sqlite")))
             replay = stack.enter_context(closing(Replay.open(
-                run.episode_paths(), memory=loop.replay_memory * 1e9, folder=run.path, every=agent.every)))
+                run.episode_paths(), memory=loop.replay_memory * 1e9, folder=run.path, every=agent.every,
+                newest=newest_drawn(agent, loop))))
             logger = stack.enter_context(closing(Loggers(run, self.settings.loggers)))
             recorder = Recorder(run, None, agent, replay, self.fixed, logger,
                                 prober(self.settings, self.fixed, self.world, agent, run.path),
-                                cover(run.plan, run.poses()), ServeProgress(first))
+                                cover(run.plan, run.poses()), ServeProgress(first), self.keeping(agent))
             learn = LocalLearner(agent, replay, loop.iterations, recorder, run.save_episode)
             run.set_status(state="running", error=None, episode=first, **recorder.counts(), **recorder.usage())
 

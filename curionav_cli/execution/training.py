@@ -13,6 +13,7 @@ from curionav_cli.config.settings import settings_yaml
 from curionav_cli.errors import RunFolderError
 from curionav_cli.execution.bag_data import folder_of
 from curionav_cli.execution.exploration import drawn_figures
+from curionav_cli.execution.keeping import newest_drawn
 from curionav_cli.execution.lifecycle import fixed_settings, run_task
 from curionav_cli.execution.precision import with_precision
 from curionav_cli.execution.probing import prober
@@ -65,6 +66,9 @@ class Training:
             raise RunFolderError(f"{self.run.metrics_file} does not reach iteration {done}, so the run cannot go on. "
                                  "Restore it from a copy.")
 
+    def tidy(self) -> None:
+        """Nothing: a training stores no images."""
+
     def rewind(self, done: int) -> None:
         self.run.write_metrics([row for row in self.run.metrics() if row["iterations"] <= done])
 
@@ -77,8 +81,9 @@ class Training:
     def train(self, agent: Agent, first: int, logger: Loggers) -> None:
         """Train from iteration `first` to the last."""
         run, label = self.run, f"{self.settings.agent.name} seed {self.settings.seed}"
-        stored, memory = [self.data / name for name in self.fixed["episodes"]], self.settings.loop.replay_memory * 1e9
-        with closing(Replay.open(stored, memory=memory, folder=run.path, every=agent.every)) as replay, \
+        stored, loop = [self.data / name for name in self.fixed["episodes"]], self.settings.loop
+        with closing(Replay.open(stored, memory=loop.replay_memory * 1e9, folder=run.path, every=agent.every,
+                                 newest=newest_drawn(agent, loop))) as replay, \
                 closing(line(label, first, self.total)) as progress:
             probes = prober(self.settings, self.fixed, self.world, agent, run.path, EVERY)
             recorder = TrainRecorder(run, agent, replay, self.fixed, logger, probes, TrainProgress(progress))

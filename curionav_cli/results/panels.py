@@ -17,13 +17,17 @@ from curionav_cli.results import floor_plans, plots
 from curionav_cli.results.lettering import columns_for, wrapped
 from curionav_cli.results.runs import Run
 from curionav_cli.results.tables import percent
+from curionav_cli.storage import pictures
 
 STRIP = 9  # frames of a first-person strip
 PAST = "viridis_r"  # from pale to dark in the course of an episode, also in greyscale
 
 
-def beside(runs: Sequence[Run]) -> Figure:
-    """Draw the first run's heatmap, then the curve of every run in a panel of its own; runs of one environment."""
+def beside(runs: Sequence[Run], until: int | None = None) -> Figure:
+    """Draw the first run's heatmap, then the curve of every run in a panel of its own; runs of one environment.
+
+    until: the end of the axis of steps; each run's own end by default.
+    """
     wide, _ = floor_plans.figure_size(runs[0].plan, 3.4, 1.3)
     figure = Figure((2.0 + wide + 3.6 * len(runs), 3.6), layout="constrained")
     left, *rest = figure.subplots(1, 1 + len(runs), width_ratios=[1.2 + 0.8 * wide, *[3.0] * len(runs)])
@@ -33,12 +37,18 @@ def beside(runs: Sequence[Run]) -> Figure:
     for letter, axes, run in zip("bcdefgh", rest, runs):
         share = run.coverage.share
         reached = plots.share_of(run) if share is None else percent(share)
-        plots.draw_curves(axes, [run], wrapped(f"{letter}  {run.agent}, seed {run.seed}: {reached}", 2.9))
+        short = f" after {run.curve.steps:,} steps" if until else ""
+        plots.draw_curves(axes, [run], wrapped(f"{letter}  {run.agent}, seed {run.seed}: {reached}{short}", 2.9))
+        if until:
+            axes.set_xlim(0, until)
     return figure
 
 
 def card(run: Run, others: Sequence[Run]) -> Figure:
-    """Draw a run at a glance: heatmap, its curve and the others' (of the same environment), first-person frames."""
+    """Draw a run at a glance: heatmap, its curve and the others' (of the same environment), first-person frames.
+
+    Without frames where the run did not keep them.
+    """
     figure = Figure((8.6, 4.6), layout="constrained")
     above, below = figure.subfigures(2, 1, height_ratios=(3.5, 1.1), squeeze=False).flat
     wide, _ = floor_plans.figure_size(run.plan, 1.6, 0.4)
@@ -51,12 +61,16 @@ def card(run: Run, others: Sequence[Run]) -> Figure:
     names = right.get_legend_handles_labels()[1]
     right.legend(loc="upper center", bbox_to_anchor=(0.5, -0.16), ncols=columns_for(figure, names, share=0.6),
                  columnspacing=1.2)
+    newest = f"camera, episode {len(run.episodes) - 1}, by step"
+    if pictures.kept(run.episodes[-1]) is not None:
+        below.suptitle(f"{newest}: not kept (loop.keep)", fontsize=8)
+        return figure
     step, seen = strip(run)
     for axes, number, frame in zip(below.subplots(1, STRIP), step, seen):
         axes.imshow(frame)
         axes.set_title(f"{number}", fontsize=7, pad=2)
         axes.set_axis_off()
-    below.suptitle(f"camera, episode {len(run.episodes) - 1}, by step", fontsize=8)
+    below.suptitle(newest, fontsize=8)
     return figure
 
 

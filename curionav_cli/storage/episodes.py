@@ -5,10 +5,15 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from curionav_cli.decisions import Every
 from curionav_cli.errors import RunFolderError
 from curionav_cli.files import checksum, read_arrays
+from curionav_cli.records import GONE
 from curionav_cli.storage.run_folder import RunFolder
+
+CURE = "Set agent.action_repeat or agent.options as in that run, or record one with loop.keep=all."
 
 
 def names(data: Path) -> list[str]:
@@ -54,7 +59,16 @@ def checksums(data: Path, episodes: list[str]) -> dict[str, str]:
 def longest(data: Path, episodes: list[str], every: Every) -> int:
     """Number of choices in the episode that has most.
 
-    Raises RunFolderError where one is broken, or was recorded with other choices.
+    Raises RunFolderError where one is broken, was recorded with other choices, or its images were not kept.
     """
-    moves = ((data / name, read_arrays(data / name, ("action", "collided"))) for name in episodes)
-    return max(len(every.decisions(arrays["action"], arrays["collided"], path).action) for path, arrays in moves)
+    return max(choices(data / name, every) for name in episodes)
+
+
+def choices(path: Path, every: Every) -> int:
+    """Number of choices in an episode. Raises RunFolderError as `longest` does."""
+    arrays = read_arrays(path, ("action", "collided"), ("kept",))
+    frame = every.decisions(arrays["action"], arrays["collided"], path).frame
+    if "kept" in arrays and not np.isin(frame, arrays["kept"]).all():
+        raise RunFolderError(f"{GONE.format(path, len(arrays['kept']), len(arrays['action']) + 1)} An agent with "
+                             f"{every.unit} cannot learn from them. {CURE}")
+    return len(frame) - 1

@@ -9,7 +9,8 @@ from collections.abc import Collection
 from typing import Any
 
 HELD = {"agent.action_repeat": 1, "env.scale_occupied": 100, "agent.options": "none", "agent.behaviour": "actor",
-        "agent.plan_depth": 2, "agent.plan_samples": 8, "agent.plan_temperature": 0.03}
+        "agent.plan_depth": 2, "agent.plan_samples": 8, "agent.plan_temperature": 0.03,
+        "loop.keep": "all", "loop.replay_episodes": None}
 
 RENAMED = {"weights": "init"}  # of whole settings, as evaluations had them
 

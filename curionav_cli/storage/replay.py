@@ -18,18 +18,20 @@ from curionav_cli.records import Episode
 from curionav_cli.storage.scratch import Scratch
 
 NO_ACTION = -1
+NOT_HELD = -2  # as the length of an episode: no window fits
 
 
 @dataclass(frozen=True)
 class Stored:
     """An episode whose frames are in memory, or in the scratch file.
 
-    frames: their shape, (T+1, 64, 64, 3). place: their offset in the scratch file in bytes, where episode.image is
-    empty; None where they are in memory.
+    frames: their shape, (T+1, 64, 64, 3). steps: of the environment that they cover. place: their offset in the scratch
+    file in bytes, where episode.image is empty; None where they are in memory.
     """
 
     episode: Episode
     frames: tuple[int, ...]
+    steps: int
     place: int | None = None
 
 
@@ -41,8 +43,9 @@ class Replay:
     memory: bytes of frames kept in memory, of the first episodes that fit; it changes no window. The other frames are
     in an unnamed file in `folder` until `close`. Actions, poses and collisions of all episodes are in memory, 33 bytes
     an observation.
+    newest: number of episodes held; None for all. Older ones keep their index, but no window is drawn from them.
 
-    steps: of the environment that the stored frames cover; a choice that an episode's end cut off is left out.
+    steps: of the environment that the held frames cover; a choice that an episode's end cut off is left out.
 
     B windows of L consecutive observations, as `sample` returns them:
         image     (B, L, 64, 64, 3) uint8
@@ -53,56 +56,89 @@ class Replay:
     """
 
     def __init__(self, episodes: Iterable[Episode] = (), *, memory: float = math.inf, folder: Path | None = None,
-                 every: Every = EACH_STEP):
+                 every: Every = EACH_STEP, newest: int | None = None):
         self.memory, self.in_memory, self.every, self.steps = memory, 0, every, 0
+        self.newest, self.dropped = newest, 0
         self._scratch = Scratch(folder)
-        self._stored: list[Stored] = []
+        self._stored: list[Stored | None] = []  # None: not held any more
         self._lengths = np.zeros(0, np.int64)  # actions of each episode
         for episode in episodes:
             self.add(episode)
 
     @classmethod
     def open(cls, paths: Iterable[Path], *, memory: float = math.inf, folder: Path | None = None,
-             every: Every = EACH_STEP) -> Replay:
+             every: Every = EACH_STEP, newest: int | None = None) -> Replay:
         """A replay of the episodes in these files, in this order.
 
-        Raises RunFolderError where one is broken, or was recorded with other choices.
+        Raises RunFolderError where one is broken, was recorded with other choices, or its images were not kept.
         """
-        replay = cls(memory=memory, folder=folder, every=every)
+        replay, files = cls(memory=memory, folder=folder, every=every, newest=newest), list(paths)
+        replay.pass_over(len(files) - (newest or len(files)))
         try:
-            for path in paths:
-                replay.add(Episode.load(path))
+            for path in files[len(replay):]:
+                replay.add(Episode.load(path, thinned=True), path)
         except BaseException:
             replay.close()
             raise
         return replay
 
-    def add(self, episode: Episode) -> None:
-        """Add an episode. Raises OSError where the disk is full, RunFolderError where it has no such choices."""
-        kept = self.every.decisions(episode.action, episode.collided)
-        episode = episode.at(kept)
-        frames = episode.image.shape
+    def pass_over(self, episodes: int) -> None:
+        """Count so many episodes, of a replay that is still empty, as not held any more."""
+        self._stored = [None] * episodes
+        self._lengths, self.dropped = np.full(len(self._stored), NOT_HELD), len(self._stored)
+
+    def add(self, episode: Episode, what: object = "an episode") -> None:
+        """Add an episode; `what` names it in messages.
+
+        Raises OSError where the disk is full, RunFolderError where it has no such choices, or lacks images of them.
+        """
+        kept = self.every.decisions(episode.action, episode.collided, what)
+        episode = episode.at(kept, what)
+        if len(self) - self.dropped == self.newest:
+            self._drop()
+        frames, steps = episode.image.shape, int(kept.frame[-1])
         if self.in_memory + episode.image.nbytes <= self.memory:
-            self._stored.append(Stored(episode, frames))
+            self._stored.append(Stored(episode, frames, steps))
             self.in_memory += episode.image.nbytes
         else:
             place = self._scratch.append(episode.image)
-            self._stored.append(Stored(replace(episode, image=episode.image[:0].copy()), frames, place))
+            self._stored.append(Stored(replace(episode, image=episode.image[:0].copy()), frames, steps, place))
         self._lengths = np.append(self._lengths, len(episode))
-        self.steps += int(kept.frame[-1])
+        self.steps += steps
+
+    def _drop(self) -> None:
+        """Let go of the oldest episode that is held."""
+        stored = self.held(self.dropped)
+        if stored.place is None:
+            self.in_memory -= stored.episode.image.nbytes
+        else:
+            self._scratch.remove(stored.place, math.prod(stored.frames))
+        self.steps -= stored.steps
+        self._stored[self.dropped], self._lengths[self.dropped] = None, NOT_HELD
+        self.dropped += 1
+
+    def held(self, index: int) -> Stored:
+        """Episode `index` as it is stored. Raises LookupError where it is not held any more."""
+        stored = self._stored[index]
+        if stored is None:
+            raise LookupError(f"episode {index} is older than the newest {self.newest}, which the replay holds")
+        return stored
 
     def __len__(self) -> int:
-        """Number of episodes."""
+        """Number of episodes that were added, also of those not held any more."""
         return len(self._stored)
 
     @property
     def on_disk(self) -> int:
-        """Bytes of frames in the scratch file; `in_memory` has those in memory."""
+        """Bytes of the scratch file; `in_memory` has those of frames in memory."""
         return self._scratch.size
 
     def episode(self, index: int) -> Episode:
-        """Episode `index`, read-only; -1 is the newest. Raises OSError where the scratch file cannot be read."""
-        stored = self._stored[index]
+        """Episode `index`, read-only; -1 is the newest.
+
+        Raises OSError where the scratch file cannot be read, LookupError where it is not held any more.
+        """
+        stored = self.held(index)
         if stored.place is None:
             return stored.episode
         image = np.empty(stored.frames, np.uint8)
@@ -129,21 +165,21 @@ class Replay:
     def sample(self, batch: int, length: int, rng: np.random.Generator) -> dict[str, np.ndarray]:
         """Draw B windows of L observations, see the class for the arrays. Raises ValueError as `draw` does."""
         which, start = self.draw(batch, length, rng)
-        image = np.empty((batch, length, *self._stored[0].frames[1:]), np.uint8)
+        image = np.empty((batch, length, *self.held(self.dropped).frames[1:]), np.uint8)
         self.frames(which, start, image)
         return {"image": image, **self.moves(which, start, length)}
 
     def frames(self, which: np.ndarray, start: np.ndarray, out: np.ndarray) -> None:
         """Read the images of windows that `draw` gave into `out` (B, L, 64, 64, 3) uint8."""
         for row, (e, s) in enumerate(zip(which.tolist(), start.tolist(), strict=True)):
-            self._read(self._stored[e], s, out[row])
+            self._read(self.held(e), s, out[row])
 
     def moves(self, which: np.ndarray, start: np.ndarray, length: int) -> dict[str, np.ndarray]:
         """Everything but the images of windows that `draw` gave: action, pose, is_start."""
         action, pose = np.full((len(which), length), NO_ACTION, np.int64), np.empty((len(which), length, 3))
         for row, (e, s) in enumerate(zip(which.tolist(), start.tolist(), strict=True)):
-            action[row, 1:] = self._stored[e].episode.action[s:s + length - 1]
-            pose[row] = self._stored[e].episode.pose[s:s + length]
+            action[row, 1:] = self.held(e).episode.action[s:s + length - 1]
+            pose[row] = self.held(e).episode.pose[s:s + length]
         return {"action": action, "is_start": start == 0, "pose": pose}
 
     def close(self) -> None:

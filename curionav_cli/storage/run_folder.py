@@ -169,11 +169,15 @@ class RunFolder:
         """Files of predictions by index of their episode, in order; none where the agent predicts nothing."""
         return {int(path.stem): path for path in sorted((self.path / "predictions").glob(f"{'[0-9]' * 6}.npz"))}
 
+    def prediction_path(self, index: int) -> Path:
+        """Where the prediction of episode `index` is, or would be."""
+        return self.path / "predictions" / f"{index:06d}.npz"
+
     def save_prediction(self, index: int, prediction: Prediction) -> None:
         """Write the prediction of episode `index`."""
-        folder = self.path / "predictions"
-        folder.mkdir(exist_ok=True)
-        prediction.save(folder / f"{index:06d}.npz")
+        path = self.prediction_path(index)
+        path.parent.mkdir(exist_ok=True)
+        prediction.save(path)
 
     def poses(self) -> Iterator[np.ndarray]:
         """Poses (T+1, 3) of every episode: x y in metres, yaw in radians. Reads no images."""

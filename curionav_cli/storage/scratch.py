@@ -11,26 +11,33 @@ import numpy as np
 
 
 class Scratch:
-    """A file to append to and read back from. folder: None is the system's.
+    """A file to put arrays into and read them back from. folder: None is the system's.
 
-    The file is made with the first array. Raises OSError (ENOSPC) where the disk is full.
+    The file is made with the first array. Raises OSError (ENOSPC) where the disk is full. size: of the file in bytes;
+    free: offsets of arrays that were removed, with their bytes.
     """
 
     def __init__(self, folder: Path | None = None):
         self.folder, self.size = folder, 0
+        self.free: dict[int, int] = {}
         self._file: IO[bytes] | None = None
 
     def append(self, array: np.ndarray) -> int:
-        """Write an array; its offset in the file in bytes."""
+        """Write an array, where a removed one left room or at the end; its offset in the file in bytes."""
         if self._file is None:
             self._file = tempfile.TemporaryFile(dir=self.folder, buffering=0)  # noqa: SIM115  (close() closes it)
-        begin = place = self.size
         left = bytes_of(np.ascontiguousarray(array))
+        begin = place = next((at for at, room in self.free.items() if room >= len(left)), self.size)
         while left:
             written = os.pwrite(self._file.fileno(), left, place)
             left, place = left[written:], place + written
-        self.size = place
+        self.size = max(self.size, place)
+        self.free.pop(begin, None)
         return begin
+
+    def remove(self, place: int, nbytes: int) -> None:
+        """Free the room of the array of so many bytes at offset `place`."""
+        self.free[place] = nbytes
 
     def read(self, place: int, out: np.ndarray) -> None:
         """Fill `out`, which is contiguous, with the bytes at offset `place`. Raises OSError where they end early."""

@@ -55,7 +55,8 @@ def test_scale_chooses_the_hyperparameters() -> None:
 def test_the_defaults() -> None:
     settings = composed()
     assert (settings.seed, settings.device) == (0, schema.Device.auto)
-    assert settings.loop == schema.Loop(steps=500, iterations=100, episodes=10, replay_memory=2)
+    assert settings.loop == schema.Loop(steps=500, iterations=100, episodes=10, replay_memory=2, replay_episodes=None,
+                                       keep=schema.Keep.all)
     assert (settings.env.name, settings.agent.name) == ("small_room", "lbs_dreamer")
 
 

@@ -7,7 +7,7 @@ import io
 import pytest
 from rich.console import Console
 
-from curionav_cli.config.schema import Loop
+from curionav_cli.config.schema import Keep, Loop
 from curionav_cli.execution import progress
 
 
@@ -21,7 +21,7 @@ def clock(monkeypatch: pytest.MonkeyPatch) -> list[float]:
 
 def test_a_plain_line_tells_speed_coverage_and_time_left(
         clock: list[float], capsys: pytest.CaptureFixture[str]) -> None:
-    report = progress.ExploreProgress(progress.PlainLine("random seed 0", 4, 10), Loop(500, 100, 10, 2))
+    report = progress.ExploreProgress(progress.PlainLine("random seed 0", 4, 10), Loop(500, 100, 10, 2, None, Keep.all))
     clock[0] = 2.0
     report.acted(500)
     clock[0] = 60.0
@@ -50,7 +50,8 @@ def test_the_live_line_fits_eighty_columns_and_has_no_colour_if_none_is_wanted(
         clock: list[float], monkeypatch: pytest.MonkeyPatch) -> None:
     screen = io.StringIO()
     monkeypatch.setattr(progress, "Console", lambda: Console(file=screen, force_terminal=True, width=80))
-    report = progress.ExploreProgress(progress.LiveLine("lbs_dreamer seed 0", 0, 20), Loop(500, 100, 20, 2))
+    line = progress.LiveLine("lbs_dreamer seed 0", 0, 20)
+    report = progress.ExploreProgress(line, Loop(500, 100, 20, 2, None, Keep.all))
     clock[0] = 1.0
     report.acted(250)
     report.learned(40)

@@ -199,3 +199,26 @@ def test_of_held_actions_only_the_frames_that_were_acted_on_are_kept(tmp_path, a
     assert (batch["action"][:, 1:] == shown[:, :-1] // 4).all()
     assert replay.steps == 20 and replay.in_memory + replay.on_disk == 6 * FRAME
     replay.close()
+
+
+@BOUNDS
+def test_a_bounded_replay_is_that_of_its_newest_episodes(an_episode, tmp_path, memory):
+    steps = (12, 20, 9, 20, 15)
+    episodes = [marked(an_episode, number, length) for number, length in enumerate(steps)]
+    replay = Replay(episodes, memory=memory, folder=tmp_path, newest=2)
+    assert (len(replay), replay.dropped, replay.steps) == (5, 3, 35)
+    assert replay.in_memory + replay.on_disk <= (21 + 21 + 16) * FRAME  # room of what is gone is used again
+    batch = replay.sample(64, 6, np.random.default_rng(0))
+    assert_windows(batch, [episode.image for episode in episodes])
+    assert set(batch["pose"][:, 0, 0]) == {3, 4}
+    paths = [tmp_path / f"{number}.npz" for number in range(5)]
+    for episode, path in list(zip(episodes, paths, strict=True))[3:]:
+        episode.action[:] %= 3
+        episode.save(path)
+    opened = Replay.open(paths, memory=memory, folder=tmp_path, newest=2)  # the others are not even looked for
+    again = opened.sample(64, 6, np.random.default_rng(0))
+    np.testing.assert_array_equal(again["image"], batch["image"])
+    with pytest.raises(LookupError, match="episode 2 is older than the newest 2"):
+        opened.episode(2)
+    for one in (replay, opened):
+        one.close()

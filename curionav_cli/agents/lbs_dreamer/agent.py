@@ -79,6 +79,7 @@ class LBSDreamer(Agent):
         generator = torch.Generator(self.device).manual_seed(learning_seed)
         self.learner = self.learner_class(hyper, networks, generator, record)
         self.visit_counts = networks.curiosity.visit_counts(plan)
+        self.counts = self.visit_counts is not None
         self.policy = policy(networks, hyper)
         self.filter = record(self._filter, [])
         self.frames: DeviceReplay | None = None
@@ -186,7 +187,7 @@ class LBSDreamer(Agent):
         """
         assert replay.every == self.every, (replay.every, self.every)
         meter = Meter()
-        if self.visit_counts:
+        if self.visit_counts and iterations:
             self.visit_counts.update(replay)
         for iteration, data in enumerate(self._batches(replay, iterations)):
             meter.add(self.learner.update(data))

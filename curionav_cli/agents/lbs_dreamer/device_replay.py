@@ -30,33 +30,40 @@ def room_on(device: torch.device) -> int:
 
 
 class DeviceReplay:
-    """Holds the first episodes of `replay` that fit into `room` bytes on `device`, and copies windows of the others."""
+    """Holds the first episodes of `replay` that fit into `room` bytes on `device`, and copies windows of the others.
+
+    episodes: index -> frames (steps + 1, FRAME). next: the first episode that was not looked at yet.
+    """
 
     def __init__(self, replay: Replay, device: torch.device, room: int):
         self.replay, self.device, self.room = replay, device, room
-        self.full = not room
-        self.episodes: list[Tensor] = []  # (steps + 1, FRAME) each
+        self.full, self.next = not room, 0
+        self.episodes: dict[int, Tensor] = {}
         self.buffers: list[Tensor] = []  # (B, L, FRAME) each, page-locked for a GPU
         self.sent: list[torch.cuda.Event] = []  # the last copy from each buffer
         self.turn = 0
 
     def follow(self) -> None:
-        """Copy the episodes that are new in the replay."""
-        while not self.full and len(self.episodes) < len(self.replay):
-            image = self.replay.episode(len(self.episodes)).image
+        """Copy the episodes that are new in the replay, and let go of those that it does not hold any more."""
+        for index in [index for index in self.episodes if index < self.replay.dropped]:
+            self.room += self.episodes.pop(index).nbytes
+            self.full = False
+        self.next = max(self.next, self.replay.dropped)
+        while not self.full and self.next < len(self.replay):
+            image = self.replay.episode(self.next).image
             self.full = image.nbytes > self.room
-            if self.full:
+            if not self.full:
+                self.episodes[self.next] = torch.from_numpy(image).flatten(1).to(self.device)
+                self.room, self.next = self.room - image.nbytes, self.next + 1
+            elif not self.replay.dropped:
                 log.warning("The GPU holds the first %d episodes; frames of later ones are sent for every update, "
                             "which is slower.", len(self.episodes))
-            else:
-                self.episodes.append(torch.from_numpy(image).flatten(1).to(self.device))
-                self.room -= image.nbytes
 
     def windows(self, which: np.ndarray, start: np.ndarray, length: int) -> Tensor:
         """Frames (L, B, 64, 64, 3) uint8 of the windows that `replay.draw` returned: which (B,), start (B,)."""
-        on_host = which >= len(self.episodes)
+        on_host = np.array([episode not in self.episodes for episode in which.tolist()])
         sent = iter(self._send(which[on_host], start[on_host], (len(which), length, FRAME)) if on_host.any() else ())
-        rows = [self.episodes[e][s:s + length] if e < len(self.episodes) else next(sent)
+        rows = [self.episodes[e][s:s + length] if e in self.episodes else next(sent)
                 for e, s in zip(which.tolist(), start.tolist(), strict=True)]
         return torch.stack(rows, 1).view(length, len(rows), *IMAGE_SHAPE)
 

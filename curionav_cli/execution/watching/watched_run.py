@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
@@ -14,6 +15,7 @@ from curionav_cli.results.coverage import Coverage
 from curionav_cli.results.labels import scene_name
 from curionav_cli.results.watching import pictures
 from curionav_cli.results.watching.rows import Rows, stamp
+from curionav_cli.storage.pictures import gone, images
 from curionav_cli.storage.run_folder import RunFolder
 
 
@@ -73,14 +75,15 @@ class WatchedRun:
         """Index and file of the newest episode."""
         index = self.status.get("episode", 0)
         found = [(at, path) for at in (index, index - 1) if at >= 0 and (path := self.folder.episode_path(at)).exists()]
-        return found[0] if found else None
+        return found[0] if found and shows(found[0][1], stamp(found[0][1])) else None
 
     def newest_prediction(self) -> tuple[int, Path] | None:
         """Index and file of the newest prediction whose episode is stored."""
         index = self.status.get("episode", 0)
         for at in range(index, max(-1, index - 11), -1):
             path = self.folder.path / "predictions" / f"{at:06d}.npz"
-            if at >= 0 and path.exists() and self.folder.episode_path(at).exists():
+            if at >= 0 and path.exists() and self.folder.episode_path(at).exists() and \
+                    shows(path, stamp(path)):
                 return at, path
         return None
 
@@ -114,12 +117,11 @@ class WatchedRun:
         if kind == "heatmap":
             return pictures.heatmap(self.coverage())
         if kind == "camera":
-            return pictures.png(read_arrays(source[1], ("image",))["image"][-1])
+            return pictures.png(images(source[1], [-1])[0])
         prediction = Prediction.load(source[1])
         if kind == "predicted":
             return pictures.png(prediction.image[-1, -1])
-        images = read_arrays(self.folder.episode_path(source[0]), ("image",))["image"]
-        return pictures.png(images[prediction.frame[-1, -1]])
+        return pictures.png(images(self.folder.episode_path(source[0]), prediction.frame[-1, -1:])[0])
 
     def coverage(self) -> Coverage:
         """Coverage of the stored episodes; those that were counted before are not read again."""
@@ -131,6 +133,15 @@ class WatchedRun:
             self.counted.add(read_arrays(path, ("pose",))["pose"])
             self.files.append(found)
         return self.counted
+
+
+@lru_cache(256)
+def shows(path: Path, version: tuple[int, int]) -> bool:
+    """Whether a file has an image to show (loop.keep), or is broken; version: its stamp, so that it is read once."""
+    try:
+        return not gone(path)
+    except RunFolderError:
+        return True
 
 
 def version(path: Path) -> str:

@@ -24,8 +24,8 @@ def draw(run: Run, folder: Path) -> list[str]:
         return []
     last = max(run.predictions)
     held_out = f"{run.label}: episodes before learning from them"
-    figures = {"predictions": prediction_plots.pictures(prediction_plots.chosen(stored_predictions.strips(run)),
-                                                        held_out),
+    strips = prediction_plots.chosen(stored_predictions.strips(run))  # none of a run that kept no images
+    figures = {**({"predictions": prediction_plots.pictures(strips, held_out)} if strips else {}),
                "prediction_error": prediction_plots.error_curve(
                    errors, run.agent, f"episodes {last - len(errors.predicted) + 1} to {last}", run.label)}
     for name, figure in figures.items():
@@ -37,7 +37,9 @@ def draw_beside(runs: Sequence[Run], out: Path) -> list[Path]:
     """Draw a window of each environment in one figure, as in the paper; none where fewer than two have predictions."""
     first = {run.env: run for run in reversed(runs) if run.predictions}
     names = [env for env in dict.fromkeys(run.env for run in runs) if env in first]
-    strips = [prediction_plots.chosen(stored_predictions.strips(first[env]))[0] for env in names]
+    chosen = {env: prediction_plots.chosen(stored_predictions.strips(first[env])) for env in names}
+    names = [env for env in names if chosen[env]]
+    strips = [chosen[env][0] for env in names]
     if len({(strip.step.tobytes(), strip.unit) for strip in strips}) != 1 or len(names) < 2:
         return []
     plots.save(prediction_plots.pictures(strips, "Episodes before learning from them", names),

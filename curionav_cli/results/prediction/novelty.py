@@ -8,6 +8,7 @@ Whitney's U over the number of pairs).
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from itertools import pairwise
 from typing import Any, NamedTuple
 
@@ -15,7 +16,7 @@ import numpy as np
 
 from curionav_cli.files import read_arrays
 from curionav_cli.options import chosen
-from curionav_cli.records import Prediction
+from curionav_cli.records import Surprise
 from curionav_cli.results.prediction.stored_predictions import newest
 from curionav_cli.results.runs import Run
 
@@ -43,27 +44,30 @@ class Views(NamedTuple):
 
 def views(run: Run) -> Views | None:
     """Judge the newest episodes, each against all before it; None without predictions, or with one episode only."""
-    stored = {index: one for index, one in newest(run, NEWEST).items() if index}
-    if not stored:
-        return None
-    every, found = chosen(run.config["agent"]), []
+    found = list(each(run, {index: one.surprise for index, one in newest(run, NEWEST).items()}).values())
+    return Views(*(np.concatenate(parts, -1) for parts in zip(*found))) if found else None
+
+
+def each(run: Run, surprise: Mapping[int, Surprise]) -> dict[int, Views]:
+    """Judge the views of these episodes but the first of the run, each against all episodes before it."""
+    every, found = chosen(run.config["agent"]), {}
     seen: list[np.ndarray] = []
-    for index, (path, pose) in enumerate(zip(run.episodes, run.poses(), strict=True)):
+    for index, (path, pose) in enumerate(zip(run.episodes[:max(surprise, default=-1) + 1], run.poses())):
         arrays = read_arrays(path, ("action", "collided"))
         frame = every.decisions(arrays["action"], arrays["collided"], path).frame
-        if index in stored:
-            away = distance(pose[frame], np.concatenate(seen))
-            found.append(judged(stored[index], frame, away, kinds(arrays["action"], arrays["collided"], frame)))
+        if index in surprise and index:
+            seen = [np.unique(np.concatenate(seen), axis=0)]  # near the start most poses were there before
+            away = distance(pose[frame], seen[0])
+            found[index] = judged(surprise[index], frame, away, kinds(arrays["action"], arrays["collided"], frame))
         seen.append(pose[frame])
-    return Views(*(np.concatenate(parts, -1) for parts in zip(*found)))
+    return found
 
 
-def judged(prediction: Prediction, frames: np.ndarray, away: np.ndarray, kind: np.ndarray) -> Views:
+def judged(surprise: Surprise, frames: np.ndarray, away: np.ndarray, kind: np.ndarray) -> Views:
     """Judge the views of an episode's windows.
 
     frames, away, kind: (n+1,) the frames at which the agent chose, their distance in metres and their kind.
     """
-    surprise = prediction.surprise
     frame = np.searchsorted(frames, surprise.frame)
     position = np.broadcast_to(np.arange(frame.shape[1]), frame.shape)
     settled = (position >= SETTLED) | (frame[:, :1] == 0)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 import warnings
 from typing import NamedTuple
@@ -10,10 +9,10 @@ from typing import NamedTuple
 import numpy as np
 
 from curionav_cli.errors import RunFolderError, SoundnessWarning
-from curionav_cli.files import read_arrays
-from curionav_cli.records import Prediction, counted
+from curionav_cli.records import Episode, Prediction, counted
 from curionav_cli.results.prediction import moved_objects
 from curionav_cli.results.runs import Run
+from curionav_cli.storage import pictures
 
 NEWEST = 5  # episodes; the agent hardly changes over them
 
@@ -91,7 +90,7 @@ def over_runs(several: list[Errors]) -> Errors:
 
 
 def strips(run: Run) -> list[Strip]:
-    """Read every window of the newest episodes, the newest episode first."""
+    """Read every window of the newest episodes, the newest episode first; none where images were not kept."""
     env = run.config["env"]
     camera = moved_objects.Camera(env["camera"], math.tan(math.radians(env["fov"] / 2)))
     found = [window for index, one in reversed(newest(run).items()) for window in windows(run, index, one)]
@@ -102,10 +101,14 @@ def strips(run: Run) -> list[Strip]:
 
 
 def windows(run: Run, index: int, prediction: Prediction) -> list[Strip]:
-    """Read predictions beside the episode's own frames; circles are empty yet."""
-    arrays = read_arrays(run.folder.episode_path(index), ("image", "pose", "events"))
-    places = moved_objects.places(json.loads(str(arrays["events"])))
-    return [Strip(index, prediction.step, frame, arrays["image"][frame], image, arrays["pose"][frame], places, [],
+    """Read predictions beside the episode's own frames; circles are empty yet. None where images were not kept."""
+    path = run.folder.episode_path(index)
+    held = pictures.kept(path)
+    if not len(prediction.image) or (held is not None and not np.isin(prediction.frame, held).all()):
+        return []
+    episode = Episode.load(path, thinned=True)
+    places = moved_objects.places(episode.events)
+    return [Strip(index, prediction.step, frame, episode.images(frame, path), image, episode.pose[frame], places, [],
                   counted(prediction.every))
             for frame, image in zip(prediction.frame, prediction.image)]
 

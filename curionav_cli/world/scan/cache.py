@@ -94,7 +94,7 @@ def write(path: Path, found: Survey) -> None:
     held = {name: getattr(found.mesh, name) for name in MESH} | {name: getattr(found.footing, name) for name in FLOOR}
     held |= {f"texture_{at}": image for at, image in enumerate(found.mesh.textures)}
     path.parent.mkdir(parents=True, exist_ok=True)
-    write_arrays(path, {**held, "picture": found.picture, "numbers": np.array(json.dumps(told))}, packed=False)
+    write_arrays(path, {**held, "picture": found.picture, "numbers": np.array(json.dumps(told))}, level=0)
     newest = sorted(path.parent.glob("*.npz"), key=lambda file: file.stat().st_mtime, reverse=True)
     for old in newest[KEPT:]:
         old.unlink(missing_ok=True)

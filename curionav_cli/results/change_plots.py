@@ -1,0 +1,75 @@
+"""The figure of what a changing world does: who is near what moved, and how surprise there falls with its age."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.ticker import EngFormatter
+
+from curionav_cli.results import changes
+from curionav_cli.results.changes import Seen
+from curionav_cli.results.lettering import columns_for, legible, wrapped
+from curionav_cli.results.plots import OTHERS, STYLES, Look
+
+STRETCHES = 20
+GREY = "#6b7280"
+
+
+def figure(runs: Sequence[Seen], env: str) -> Figure:
+    """Draw coverage, the share of steps near what just moved, and relative surprise by age; a line for each run."""
+    drawn = Figure((9.6, 3.6), layout="constrained")
+    left, middle, right = drawn.subplots(1, 3)
+    for one, (name, look) in zip(runs, looks(runs).items(), strict=True):
+        curve = one.run.curve
+        left.plot([0, *curve.found, curve.steps], [0, *(100 * curve.at(curve.found) / curve.cells),
+                                                   100 * len(curve.found) / curve.cells], **styled(look), label=name)
+        middle.plot(*near(one), **styled(look))
+        by_age(right, one, look)
+    right.axhline(1.0, color=GREY, linestyle=":", linewidth=1.0)
+    for axes, title, x, y in ((left, "a  coverage", "steps", "share of the cells (%)"),
+                              (middle, f"b  within {changes.NEAR:g} m of what just moved", "steps",
+                               "share of steps (%)"),
+                              (right, "c  surprise there", "episodes since the move", "KL over KL elsewhere")):
+        axes.set_title(title, loc="left")
+        axes.set(xlabel=x, ylabel=y, ylim=(0, None))
+    for axes in (left, middle):
+        axes.xaxis.set_major_formatter(EngFormatter(sep=""))
+    names = left.get_legend_handles_labels()
+    drawn.legend(*names, loc="outside lower center", ncols=columns_for(drawn, names[1], 4))
+    drawn.suptitle(wrapped(f"{env}: without changes, the same places in the same episodes", 9.0), fontsize=9)
+    return drawn
+
+
+def looks(runs: Sequence[Seen]) -> dict[str, Look]:
+    """A look for each run, by its name."""
+    found: dict[str, Look] = {}
+    for one in runs:
+        name = legible(f"{one.run.agent}, seed {one.run.seed}, {'with' if one.changing else 'without'} changes")
+        free = [look for look in (STYLES.get(one.run.config["agent"]["name"], OTHERS[0]), *OTHERS)
+                if look not in found.values()]
+        found[name] = (free or list(OTHERS))[0]
+    return found
+
+
+def styled(look: Look) -> dict[str, Any]:
+    return {"color": look.color, "linestyle": look.dashes, "linewidth": 1.4}
+
+
+def near(one: Seen) -> tuple[np.ndarray, np.ndarray]:
+    """Steps, and the share of steps near what just moved, %."""
+    steps, share = changes.shares(one, STRETCHES)
+    return steps, 100 * share
+
+
+def by_age(axes: Axes, one: Seen, look: Look) -> None:
+    """Draw relative surprise by age, with its interval."""
+    rows = [row for row in changes.age_rows(one) if row["relative"] is not None and row["number"] != changes.ELSEWHERE]
+    if rows:
+        values = [row["relative"] for row in rows]
+        bars = [[each.value - each.low for each in values], [each.high - each.value for each in values]]
+        axes.errorbar([row["number"] for row in rows], [each.value for each in values], yerr=bars, capsize=2,
+                      marker=look.marker, markersize=4, **styled(look))

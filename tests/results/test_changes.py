@@ -1,0 +1,74 @@
+"""What moved objects do to surprise, on made-up walks whose answers can be counted by hand."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from curionav_cli.records import Prediction, Surprise
+from curionav_cli.results import changes
+from curionav_cli.results.changes import ELSEWHERE
+from curionav_cli.results.runs import Run
+from curionav_cli.storage.run_folder import RunFolder
+
+MOVES = {1: ((2, 0), (5, 0)), 4: ((5, 0), (2, 0))}  # episode -> from, to
+NATS = {0: 5.0, 1: 3.0, 2: 1.0, ELSEWHERE: 1.0}  # by age; the model gets better from episode to episode
+
+
+def events(index, moving):
+    move = [{"what": "move", "item": "chair", "from": MOVES[index][0], "to": MOVES[index][1]}] if index in MOVES else []
+    return ({"what": "light", "brightness": 1.0}, *(move if moving else []))
+
+
+@pytest.fixture
+def a_run(tmp_path, an_episode, a_plan):
+    """Six episodes of 12 frames: half stand beside the chair, which moves before episodes 1 and 4, half far away."""
+    def make(moving, near=NATS):
+        run = RunFolder(tmp_path / f"changes_{moving}")
+        run.create(f"seed: 3\nenv: {{name: lab, changes: {str(moving).lower()}}}\nagent: {{name: lbs_dreamer}}\n"
+                   "robot: {name: ideal}\n", {}, {}, a_plan())
+        (run.path / "episodes").mkdir(exist_ok=True)
+        for index in range(6):
+            place = [5.5, 0, 0] if 1 <= index < 4 else [2.5, 0, 0]
+            pose = np.array([place] * 6 + [[2.0, 9.0, 0.0]] * 6)
+            age = [ELSEWHERE] * 6 if not index else [index - (1 if index < 4 else 4)] * 6
+            kl = np.array([near[one] for one in age] + [NATS[ELSEWHERE]] * 6, np.float32)[None] / (index + 1)
+            run.save_episode(index, replace(an_episode(steps=11), pose=pose, events=events(index, moving)))
+            surprise = Surprise(np.arange(12)[None], kl, kl)
+            empty = np.zeros((1, 1), np.float32)
+            run.save_prediction(index, Prediction(np.array([1]), np.array([[1]]), np.zeros((1, 1, 64, 64, 3), np.uint8),
+                                                  empty, empty, surprise))
+        return Run.open(run.path)
+    return make
+
+
+def test_surprise_falls_with_the_age_of_a_move_and_the_control_has_none(a_run):
+    still = dict.fromkeys(NATS, 1.0)
+    found, lost = changes.pairs([a_run(True), a_run(False, near=still)])
+    assert not lost
+    for one, nats in zip(found, (NATS, still), strict=True):
+        rows = {row["number"]: row for row in changes.age_rows(one)}
+        assert list(rows) == [0, 1, 2, ELSEWHERE]
+        assert {age: row["relative"].value for age, row in rows.items()} == pytest.approx(nats)
+        assert [rows[age]["frames"] for age in rows] == [12, 12, 6, 12 + 5 * 6]
+        summary = changes.summary(one)
+        assert summary["near"] == pytest.approx(2 * 5 / 66) and summary["ever"] == pytest.approx(5 * 5 / 66)
+    assert [changes.summary(one)["moves"] for one in found] == [2, 0]
+    assert [changes.summary(one)["expected"] for one in found] == ["2", "0"]
+    steps, share = changes.shares(found[0], 3)
+    assert steps.tolist() == [22, 44, 66]
+    assert share == pytest.approx([5 / 22, 0, 5 / 22])
+
+
+def test_a_run_without_changes_is_left_out_alone_and_surprise_may_last(a_run):
+    found, lost = changes.pairs([a_run(False)])
+    assert not found and "no run of its world and seed 3" in lost[0]
+    [one], _ = changes.pairs([a_run(True, near={**NATS, 2: 2.0})])
+    assert changes.summary(one)["expected"] == "not within 2"
+
+
+def test_near_is_a_metre_from_the_old_place_too_and_the_youngest_counts():
+    items = {"box": changes.Item((0, 0), (4, 0), 3), "chair": changes.Item((0.5, 0), (9, 0), 5)}
+    pose = np.array([[0.0, 0.9, 0], [4.0, 0.9, 0], [4.0, 1.1, 0], [9.5, 0, 0]])
+    assert changes.ages(pose, items, 5).tolist() == [2, 2, ELSEWHERE, 0]
+    assert changes.ages(pose, items, 40).tolist() == [changes.OLDEST, changes.OLDEST, ELSEWHERE, changes.OLDEST]
