@@ -75,7 +75,7 @@ class LBSDreamer(Agent):
         weights_seed, learning_seed = (int(n) for n in self.rng.integers(2**62, size=2))
         networks = build_networks(hyper, torch.Generator().manual_seed(weights_seed), self.device)
         if mode == "fused":
-            fuse_on(self.device, networks.world_model.rssm)
+            fuse_on(self.device, networks)
         generator = torch.Generator(self.device).manual_seed(learning_seed)
         self.learner = self.learner_class(hyper, networks, generator, record)
         self.visit_counts = networks.curiosity.visit_counts(plan)

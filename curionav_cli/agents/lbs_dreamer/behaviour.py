@@ -21,7 +21,7 @@ from torch import Tensor, nn
 from curionav_cli.agents.lbs_dreamer.kernels import latent
 from curionav_cli.agents.lbs_dreamer.kernels.mlp import MLP
 from curionav_cli.agents.lbs_dreamer.returns import discount_weights, lambda_return
-from curionav_cli.agents.lbs_dreamer.rssm import Dynamics, State
+from curionav_cli.agents.lbs_dreamer.rssm import RSSM, State
 
 
 class Imagined(NamedTuple):
@@ -51,7 +51,7 @@ class Behaviour(nn.Module):
         self.slow_critic = MLP(features, units, layers, 1, hot).requires_grad_(False)
 
     @torch.no_grad()
-    def imagine(self, dynamics: Dynamics, start: State, noise: Tensor) -> Imagined:
+    def imagine(self, dynamics: RSSM, start: State, noise: Tensor) -> Imagined:
         """Roll out H steps of policy and dynamics from N states.
 
         noise (H, N, S + 1) uniform in [0, 1): the first S numbers for z, the last for the action.

@@ -14,8 +14,10 @@ from shutil import which
 
 import torch
 
+from curionav_cli.agents.lbs_dreamer.behaviour import Behaviour
 from curionav_cli.agents.lbs_dreamer.kernels.cuda_graphs import Record, Recorded, as_it_is, cuda_graph
-from curionav_cli.agents.lbs_dreamer.kernels.rssm_scan import Steps
+from curionav_cli.agents.lbs_dreamer.kernels.rssm_scan import PLAIN, Steps
+from curionav_cli.agents.lbs_dreamer.learner import Networks
 from curionav_cli.agents.lbs_dreamer.rssm import RSSM
 from curionav_cli.agents.lbs_dreamer.settings import Precision
 from curionav_cli.errors import ConfigError
@@ -60,22 +62,23 @@ def recorder(mode: str, device: torch.device) -> Record:
     return as_it_is if mode == "none" or device.type == "cpu" else partial(Recorded, cuda_graph, device)
 
 
-def fuse_on(device: torch.device, rssm: RSSM) -> None:
+def fuse_on(device: torch.device, networks: Networks) -> None:
     """Have the steps of the RSSM run as fused kernels on its device."""
-    fuse_rows(rssm) if device.type == "cpu" else fuse(rssm)
+    rssm, behaviour = networks.world_model.rssm, networks.behaviour
+    fuse_rows(rssm, behaviour) if device.type == "cpu" else fuse(rssm)
 
 
-def fuse_rows(rssm: RSSM) -> None:
-    """Have numba's functions do what is between the products: of the scan, of its gradient, of imagination."""
-    from curionav_cli.agents.lbs_dreamer.kernels import fused_steps  # it imports numba
-    from curionav_cli.agents.lbs_dreamer.kernels.fused_dynamics import FusedDynamics
+def fuse_rows(rssm: RSSM, behaviour: Behaviour) -> None:
+    """Have numba's functions do all steps of filtering, of its gradient and of imagination."""
+    from curionav_cli.agents.lbs_dreamer.kernels.fused_filter import FusedLoop  # it imports numba
+    from curionav_cli.agents.lbs_dreamer.kernels.fused_imagination import imagine
 
-    rssm.steps = Steps(fused_steps.forward_step, fused_steps.backward_step)
-    rssm.dynamics = partial(FusedDynamics, rssm)  # type: ignore[method-assign, assignment]
+    rssm.steps = FusedLoop()
+    behaviour.imagine = partial(imagine, behaviour.actor)  # type: ignore[method-assign]
 
 
 def fuse(rssm: RSSM, backend: str = "inductor") -> None:
     """Have torch.compile fuse the kernels of a step: of the scan, of its gradient, of imagination."""
     compiled = partial(torch.compile, backend=backend, dynamic=False, fullgraph=True)
-    rssm.steps = Steps(*(compiled(step) for step in rssm.steps))
+    rssm.steps = Steps(*(compiled(step) for step in PLAIN))
     rssm.imagine = compiled(rssm.imagine)  # type: ignore[method-assign]

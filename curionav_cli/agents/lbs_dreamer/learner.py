@@ -151,7 +151,7 @@ class Learner:
         hyper, networks, behaviour = self.hyper, self.networks, self.networks.behaviour
         with self._precision():
             start = chosen_states(states, noise.shape[1], start_noise)  # (N, ...)
-            imagined = behaviour.imagine(networks.world_model.rssm.dynamics(), start, noise)
+            imagined = behaviour.imagine(networks.world_model.rssm, start, noise)
             intrinsic = networks.curiosity.intrinsic_reward(imagined).detach()  # (H + 1, N)
             reward = networks.stream_norm(intrinsic)
             value = behaviour.slow_values(imagined)  # (H + 1, N)

@@ -13,14 +13,14 @@ Alignment: row t of an action array holds a_{t-1}, the action that led to step t
 
 from __future__ import annotations
 
-from typing import NamedTuple, Protocol
+from typing import NamedTuple
 
 import torch
 import torch.nn.functional as F
 from torch import Tensor, nn
 
 from curionav_cli.agents.lbs_dreamer.kernels import latent, one_hot
-from curionav_cli.agents.lbs_dreamer.kernels.rssm_scan import PLAIN, Weights, scan
+from curionav_cli.agents.lbs_dreamer.kernels.rssm_scan import PLAIN, Loop, Weights, scan
 
 
 class State(NamedTuple):
@@ -51,15 +51,6 @@ class Observed(NamedTuple):
         return Observed(self.states.detach(), self.posterior.detach(), self.prior.detach())
 
 
-class Dynamics(Protocol):
-    """What imagination needs of an RSSM; see the methods there."""
-
-    def ones(self, state: State) -> Tensor | None: ...
-
-    def roll(self, state: State, action: Tensor, noise: Tensor, ones: Tensor | None
-             ) -> tuple[State, Tensor | None]: ...
-
-
 def one_hot_action(action: Tensor, actions: int) -> Tensor:
     """Actions (...) int64 as one-hots (..., A) float32; -1, no action, as zeros."""
     return (action[..., None] == torch.arange(actions, device=action.device)).float()
@@ -80,15 +71,15 @@ def gru(x: Tensor, deter: Tensor, dense: nn.Linear, norm: nn.LayerNorm) -> Tenso
 class RSSM(nn.Module):
     """The recurrent state-space model: recurrence, posterior and dynamics, with DreamerV2's layers.
 
-    embed, actions, deter, hidden, latents, classes: the letters E, A, D, U, S, C. steps: the functions that the scan of
-    `observe` runs at each step (kernels/rssm_scan.py; compile.py replaces them on a GPU).
+    embed, actions, deter, hidden, latents, classes: the letters E, A, D, U, S, C. steps: the loop of `observe`
+    over steps (kernels/rssm_scan.py; compile.py replaces it where steps are fused).
     """
 
     def __init__(self, embed: int, actions: int, deter: int, hidden: int, latents: int, classes: int):
         super().__init__()
         self.actions, self.deter, self.latents, self.classes = actions, deter, latents, classes
         self.stoch = latents * classes
-        self.steps = PLAIN
+        self.steps: Loop = PLAIN
         self.img_in = nn.Linear(self.stoch + actions, hidden)
         self.gru = nn.Linear(hidden + deter, 3 * deter)
         self.gru_norm = nn.LayerNorm(3 * deter, eps=1e-3)
@@ -150,10 +141,6 @@ class RSSM(nn.Module):
         """`imagine` from an action (B,) int64, and `ones` of the state reached."""
         reached = self.imagine(state, self.action_input(action), noise, ones)
         return reached, self.ones(reached)
-
-    def dynamics(self) -> Dynamics:
-        """`ones` and `roll`, for many steps with the same weights (compile.py has others in its place)."""
-        return self
 
     def observe(self, state: State, embed: Tensor, action: Tensor, noise: Tensor) -> Observed:
         """Filter T steps: embed (T, B, E), action (T, B) int64, noise (T, B, S) uniform in [0, 1).

@@ -41,6 +41,40 @@ def tanh(x):
 
 
 @compiled
+def add_elu(x, added):
+    """x (B, U) = elu(x + added), in place; added (B, U)."""
+    for row in range(len(x)):
+        for i in range(x.shape[1]):
+            total = x[row, i] + added[row, i]
+            x[row, i] = total if total > ZERO else exp(min(total, ZERO)) - ONE
+
+
+@compiled
+def add_bias_elu(x, bias):
+    """x (B, U) = elu(x + bias), in place; bias (U,)."""
+    for row in range(len(x)):
+        for i in range(x.shape[1]):
+            total = x[row, i] + bias[i]
+            x[row, i] = total if total > ZERO else exp(min(total, ZERO)) - ONE
+
+
+@compiled
+def add_bias(x, bias):
+    """x (B, U) = x + bias, in place; bias (U,)."""
+    for row in range(len(x)):
+        for i in range(x.shape[1]):
+            x[row, i] += bias[i]
+
+
+@compiled
+def elu_slope(slope, result):
+    """slope (B, U) = the gradient of elu's input, in place, from that of its result and the result."""
+    for row in range(len(slope)):
+        for i in range(slope.shape[1]):
+            slope[row, i] *= min(result[row, i], ZERO) + ONE
+
+
+@compiled
 def elu_beside(before, deter, joined):
     """joined (B, U + D) = [elu(before), deter]."""
     units = before.shape[1]
@@ -49,6 +83,33 @@ def elu_beside(before, deter, joined):
             x = before[row, i]
             joined[row, i] = x if x > ZERO else exp(min(x, ZERO)) - ONE
         joined[row, units:] = deter[row]
+
+
+@compiled
+def add_columns(ones, table, bias, left, right):
+    """left (B, V) = bias + sums of the rows `ones` (B, S) of table[:, :V], right (B, U) = those of table[:, V:]."""
+    units = left.shape[1]
+    for row in range(len(ones)):
+        left[row], right[row] = bias, ZERO
+        for latent in range(ones.shape[1]):
+            which = ones[row, latent]
+            for i in range(units):
+                left[row, i] += table[which, i]
+            for i in range(right.shape[1]):
+                right[row, i] += table[which, units + i]
+
+
+@compiled
+def choose(logits, noise, action):
+    """Draw action (B,) from softmax(logits), (B, A), by noise (B,), as behaviour.sample_action."""
+    for row in range(len(logits)):
+        most, total, reached, chosen = logits[row].max(), ZERO, ZERO, 0
+        for a in range(logits.shape[1]):
+            total += exp(logits[row, a] - most)
+        for a in range(logits.shape[1]):
+            reached += exp(logits[row, a] - most) / total
+            chosen += reached <= noise[row]
+        action[row] = min(chosen, logits.shape[1] - 1)
 
 
 @compiled
@@ -103,11 +164,12 @@ def gru_backward(gradient, before, gates, normed, mean, scale, gain, to_normed, 
 
 @compiled
 def draw(logits, noise, one_hot, probs, index):
-    """Draw z from softmax(logits), all (B, S, C), by noise (B, S), as latent.draw; index (B, S): where z is one.
+    """Draw z (B, S * C) from softmax(logits), (B, S, C), by noise (B, S), as latent.draw; index (B, S): where z is one.
 
     probs may be the memory of the logits.
     """
     classes = logits.shape[2]
+    one_hot[:] = ZERO
     for row in range(logits.shape[0]):
         flat = probs[row].reshape(-1)
         for latent in range(logits.shape[1]):
@@ -128,10 +190,8 @@ def draw(logits, noise, one_hot, probs, index):
                 p[c] *= share
                 reached += p[c]
                 chosen += reached <= limit
-                one_hot[row, latent, c] = ZERO
-            chosen = min(chosen, classes - 1)
-            one_hot[row, latent, chosen] = ONE
-            index[row, latent] = latent * classes + chosen
+            index[row, latent] = latent * classes + min(chosen, classes - 1)
+            one_hot[row, index[row, latent]] = ONE
 
 
 @compiled

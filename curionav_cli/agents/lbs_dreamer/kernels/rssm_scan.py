@@ -23,7 +23,7 @@ all T * B rows after the loop, where autograd makes T small ones, and no graph o
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import NamedTuple
+from typing import NamedTuple, Protocol
 
 import torch
 import torch.nn.functional as F
@@ -124,8 +124,8 @@ def backward_step(step: Step, before: Tensor, to_deter: Tensor, to_stoch: Tensor
     return Slope(p, n, g, q, logits), direct + joined, p @ weights.z
 
 
-def weight_slopes(slope: Slope, kept: Step, before: Tensor, stoch: Tensor, weights: Weights) -> Weights:
-    """The weights' gradients, summed over steps: from stacks (T, B, ...), h_{t-1} and z_{t-1} (T, B, ...)."""
+def weight_slopes(slope: Slope, kept: Step, stoch: Tensor, weights: Weights) -> Weights:
+    """The weights' gradients, summed over steps: from stacks (T, B, ...), and z_{t-1} (T, B, S * C)."""
     p, n, g, q, logits = (x.flatten(0, 1) for x in slope)
     inputs = (x.flatten(0, 1) for x in (stoch, kept.joined, kept.deter, kept.out))
     z, joined, deter, out = (x.to(p.dtype) for x in inputs)
@@ -137,11 +137,45 @@ def weight_slopes(slope: Slope, kept: Step, before: Tensor, stoch: Tensor, weigh
     return Weights(*(x.to(w.dtype) for x, w in zip(found, weights, strict=True)))
 
 
+class Loop(Protocol):
+    """The loop over steps of a scan: `Steps`, or fused for a CPU (fused_filter.py)."""
+
+    def over_time(self, deter: Tensor, stoch: Tensor, action: Tensor, embed: Tensor, noise: Tensor, weights: Weights,
+                  epsilon: float) -> Step:
+        """All steps, stacked over T; arguments as `scan`."""
+
+    def back_in_time(self, kept: Step, deter: Tensor, to_deter: Tensor, to_stoch: Tensor, to_logits: Tensor,
+                     weights: Weights) -> tuple[Slope, Tensor, Tensor]:
+        """The gradient: from h', z' and l' (T, B, ...) the derivatives of all steps, and `early` of the first one.
+
+        deter: the state before (B, D).
+        """
+
+
 class Steps(NamedTuple):
-    """The functions of a scan's step, forwards and backwards; compile.py replaces them on a GPU."""
+    """A Python loop of the functions of a step, forwards and backwards; compile.py replaces them on a GPU."""
 
     forward: Callable[..., Step] = forward_step
     backward: Callable[..., tuple[Slope, Tensor, Tensor]] = backward_step
+
+    def over_time(self, deter: Tensor, stoch: Tensor, action: Tensor, embed: Tensor, noise: Tensor, weights: Weights,
+                  epsilon: float) -> Step:
+        steps, state = [], (deter, stoch)
+        for inputs in zip(action, embed, noise, strict=True):
+            steps.append(self.forward(*state, *inputs, weights, epsilon))
+            state = steps[-1].deter, steps[-1].stoch
+        return Step(*(torch.stack(tensors) for tensors in zip(*steps, strict=True)))
+
+    def back_in_time(self, kept: Step, deter: Tensor, to_deter: Tensor, to_stoch: Tensor, to_logits: Tensor,
+                     weights: Weights) -> tuple[Slope, Tensor, Tensor]:
+        before = torch.cat([deter[None], kept.deter[:-1]])
+        early_deter, early_stoch, slopes = torch.zeros_like(deter), torch.zeros_like(kept.stoch[0]), []
+        for t in reversed(range(len(before))):
+            slope, early_deter, early_stoch = self.backward(
+                Step(*(x[t] for x in kept)), before[t], to_deter[t] + early_deter, to_stoch[t] + early_stoch,
+                to_logits[t], weights)
+            slopes.append(slope)
+        return Slope(*(torch.stack(x[::-1]) for x in zip(*slopes, strict=True))), early_deter, early_stoch
 
 
 PLAIN = Steps()
@@ -153,12 +187,7 @@ class _Scan(torch.autograd.Function):
     @staticmethod
     def forward(ctx, do, epsilon, *tensors):
         deter, stoch, action, embed, noise, *weights = (tensor.detach() for tensor in tensors)
-        cast, steps = Weights(*weights).cast(embed), []
-        state = deter, stoch
-        for inputs in zip(action, embed, noise, strict=True):
-            steps.append(do.forward(*state, *inputs, cast, epsilon))
-            state = steps[-1].deter, steps[-1].stoch
-        kept = Step(*(torch.stack(tensors) for tensors in zip(*steps, strict=True)))
+        kept = do.over_time(deter, stoch, action, embed, noise, Weights(*weights).cast(embed), epsilon)
         ctx.save_for_backward(deter, stoch, *weights, *kept)
         ctx.do = do
         return kept.deter, kept.stoch, kept.logits
@@ -167,21 +196,14 @@ class _Scan(torch.autograd.Function):
     def backward(ctx, to_deter, to_stoch, to_logits):
         deter, stoch, *rest = (tensor.detach() for tensor in ctx.saved_tensors)
         weights, kept = Weights(*rest[:8]), Step(*rest[8:])
-        cast = weights.cast(kept.out)
-        before = torch.cat([deter[None], kept.deter[:-1]])
-        early_deter, early_stoch, slopes = torch.zeros_like(deter), torch.zeros_like(stoch), []
-        for t in reversed(range(len(before))):
-            slope, early_deter, early_stoch = ctx.do.backward(
-                Step(*(x[t] for x in kept)), before[t], to_deter[t] + early_deter, to_stoch[t] + early_stoch,
-                to_logits[t], cast)
-            slopes.append(slope)
-        slope = Slope(*(torch.stack(x[::-1]) for x in zip(*slopes, strict=True)))
-        found = weight_slopes(slope, kept, before, torch.cat([stoch[None], kept.stoch[:-1]]), weights)
+        slope, early_deter, early_stoch = ctx.do.back_in_time(kept, deter, to_deter, to_stoch, to_logits,
+                                                              weights.cast(kept.out))
+        found = weight_slopes(slope, kept, torch.cat([stoch[None], kept.stoch[:-1]]), weights)
         return None, None, early_deter, early_stoch, slope.p, slope.q, None, *found
 
 
 def scan(deter: Tensor, stoch: Tensor, action: Tensor, embed: Tensor, noise: Tensor, weights: Weights, epsilon: float,
-         do: Steps = PLAIN) -> tuple[Tensor, Tensor, Tensor]:
+         do: Loop = PLAIN) -> tuple[Tensor, Tensor, Tensor]:
     """Filter T steps: h (T, B, D), z (T, B, S * C) and the posterior's logits l (T, B, S, C).
 
     From the state before, deter (B, D) and stoch (B, S * C), the shares of actions and images (T, B, U), and uniform

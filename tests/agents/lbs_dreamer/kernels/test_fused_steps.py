@@ -5,6 +5,7 @@ import torch
 
 pytest.importorskip("numba")
 
+from curionav_cli.agents.lbs_dreamer.behaviour import Behaviour
 from curionav_cli.agents.lbs_dreamer.compile import fuse_rows
 from curionav_cli.agents.lbs_dreamer.networks import initialise
 from curionav_cli.agents.lbs_dreamer.rssm import RSSM, State
@@ -12,17 +13,19 @@ from curionav_cli.agents.lbs_dreamer.rssm import RSSM, State
 T, B, E, SIZES = 4, 3, 5, [(3, 4), (4, 20)]  # latents and classes; 20 are laid out with classes last
 
 
-def pair(latents, classes):
-    """The same model twice, the second fused, and a generator for inputs."""
+def pair(latents, classes, layers=2):
+    """The same model and behaviour twice, the second fused, and a generator for inputs."""
     models = [RSSM(E, 3, deter=20, hidden=24, latents=latents, classes=classes) for _ in range(2)]
-    for model in models:
+    behaviours = [Behaviour(model.features, 3, 28, layers, model.stoch) for model in models]
+    for made in zip(models, behaviours, strict=True):
         generator = torch.Generator().manual_seed(0)
-        initialise(model, generator)
-        with torch.no_grad():
-            for parameter in model.parameters():
-                parameter.add_(torch.rand(parameter.shape, generator=generator) - 0.5)
-    fuse_rows(models[1])
-    return models, generator
+        for part in made:
+            initialise(part, generator)
+            with torch.no_grad():
+                for parameter in part.parameters():
+                    parameter.add_((torch.rand(parameter.shape, generator=generator) - 0.5) / 2)
+    fuse_rows(models[1], behaviours[1])
+    return models, behaviours, generator
 
 
 def close(one, other):
@@ -31,7 +34,7 @@ def close(one, other):
 
 @pytest.mark.parametrize("latents, classes", SIZES)
 def test_filtering_and_its_gradient_are_the_plain_ones(latents, classes):
-    models, generator = pair(latents, classes)
+    models, _, generator = pair(latents, classes)
     action = torch.randint(-1, 3, (T, B), generator=generator)
     noise = torch.rand(T, B, latents, generator=generator)
     shapes = (B, 20), (B, latents * classes), (T, B, E)
@@ -49,20 +52,18 @@ def test_filtering_and_its_gradient_are_the_plain_ones(latents, classes):
 
 
 @pytest.mark.parametrize("latents, classes", SIZES)
-@torch.no_grad()
-def test_imagination_is_the_plain_one(latents, classes):
-    models, generator = pair(latents, classes)
+@pytest.mark.parametrize("layers", [1, 3])
+def test_imagination_is_the_plain_one(latents, classes, layers):
+    models, behaviours, generator = pair(latents, classes, layers)
     deter, index = torch.randn(B, 20, generator=generator), torch.randint(classes, (B, latents), generator=generator)
     start = State(deter, torch.nn.functional.one_hot(index, classes).float().flatten(-2))
-    plain, fused = (model.dynamics() for model in models)
-    one = other = start
-    ones = fused.ones(start)
-    for step in torch.rand(T, B, latents + 1, generator=generator):
-        action = torch.randint(3, (B,), generator=generator)
-        one, _ = plain.roll(one, action, step[:, :-1], None)
-        other, ones = fused.roll(other, action, step[:, :-1], ones)
+    noise, before = torch.rand(T, B, latents + 1, generator=generator), deter.clone()
+    plain, fused = (behaviour.imagine(model, start, noise) for model, behaviour in zip(models, behaviours, strict=True))
+    assert (deter == before).all()
+    assert (fused.action == plain.action).all()
+    assert (fused.features[..., :latents * classes].nonzero()[:, 2].view(T + 1, B, latents) == fused.ones).all()
+    for one, other in zip((plain.features, *plain.actor_layers), (fused.features, *fused.actor_layers), strict=True):
         close(other, one)
-        assert (ones == fused.ones(other)).all()
 
 
 def test_numbers_that_overflow_and_vanish_are_as_in_torch():
@@ -72,7 +73,7 @@ def test_numbers_that_overflow_and_vanish_are_as_in_torch():
     noise = torch.tensor([[0.5, 0.999], [0.9999999, 0.74]])
     one_hot, probs = torch.empty_like(logits), torch.empty_like(logits)
     index = torch.empty(2, 2, dtype=torch.int64)
-    rows.draw(*(x.numpy() for x in (logits, noise, one_hot, probs, index)))
+    rows.draw(*(x.numpy() for x in (logits, noise, one_hot.view(2, -1), probs, index)))
     expected, _ = latent.draw(logits, noise)
     assert (one_hot == expected).all()
     close(probs, logits.softmax(-1))
