@@ -13,9 +13,6 @@ from curionav_cli.world.scan.site import ScanView
 
 CHUNK = 8  # frames whose rays are held at once
 TILE = 8  # pixels: rays go by squares, which finds them 10 % faster than by rows, as neighbours meet the same triangles
-SQUARES = np.arange(IMAGE_SIDE**2).reshape(IMAGE_SIDE // TILE, TILE, -1, TILE).transpose(0, 2, 1, 3).ravel()
-ROW, COLUMN = np.divmod(SQUARES, IMAGE_SIDE)
-BACK = np.argsort(SQUARES)
 
 
 @dataclass(frozen=True)
@@ -44,6 +41,8 @@ class MeshEngine:
 
     def __init__(self, camera: MeshCamera):
         self._camera = camera
+        self._row, self._column = by_squares(len(camera.slope))
+        self._back = np.argsort(self._row * len(camera.slope) + self._column)
 
     def draw(self, x: np.ndarray, y: np.ndarray, cosine: np.ndarray, sine: np.ndarray, rays: Rays,
              brightness: np.ndarray, rgb: np.ndarray, depth: np.ndarray) -> None:
@@ -55,10 +54,11 @@ class MeshEngine:
 
     def _draw(self, pose: np.ndarray, run: np.ndarray, brightness: np.ndarray, rgb: np.ndarray,
               depth: np.ndarray) -> None:
-        camera, shape = self._camera, (len(pose), len(SQUARES))
+        camera, shape = self._camera, (len(pose), len(self._row))
         directions = np.empty((*shape, 3), np.float32)
-        directions[..., 0], directions[..., 1] = run[:, 0].take(COLUMN, axis=1), run[:, 1].take(COLUMN, axis=1)
-        directions[..., 2] = camera.slope.take(ROW)
+        directions[..., 0] = run[:, 0].take(self._column, axis=1)
+        directions[..., 1] = run[:, 1].take(self._column, axis=1)
+        directions[..., 2] = camera.slope.take(self._row)
         origins = np.empty((*shape, 3), np.float32)
         origins[..., :2], origins[..., 2] = pose[:, None], camera.height
         directions = directions.reshape(-1, 3)
@@ -69,5 +69,12 @@ class MeshEngine:
             light = 256.0 * brightness[:, None] / (np.float32(1.0) + np.float32(camera.view.haze) * far)
             light[hits.face.reshape(shape) < 0] = 256.0
             colour = lit(colour, light.astype(np.uint32))
-        unpack(colour.take(BACK, axis=1), rgb)
-        np.minimum(far.take(BACK, axis=1).reshape(depth.shape), np.float32(camera.far), out=depth)
+        unpack(colour.take(self._back, axis=1), rgb)
+        np.minimum(far.take(self._back, axis=1).reshape(depth.shape), np.float32(camera.far), out=depth)
+
+
+def by_squares(side: int) -> tuple[np.ndarray, np.ndarray]:
+    """Row and column of the pixels of a square image, (side * side,) each: one square of TILE after the other."""
+    row, column = np.divmod(np.arange(side**2), side)
+    order = np.lexsort((column, row, column // TILE, row // TILE))
+    return row[order], column[order]
