@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import pickle
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +15,8 @@ from hydra.core.utils import JobRuntime
 from hydra.plugins.config_source import ConfigResult
 from omegaconf import DictConfig
 
+from curionav_cli.config.loader import copies
+
 FOLDERS = ("hydra.run.dir=", "hydra.sweep.dir=")  # differ from test to test, and are written over what was composed
 KEPT = 400
 
@@ -23,7 +25,7 @@ class Composed:
     """Stands in for Hydra's composing of conf/: the second time it copies. With a user's directories it composes."""
 
     def __init__(self) -> None:
-        self.composed: dict[Any, bytes] = {}
+        self.composed: dict[Any, Callable[[], DictConfig]] = {}
         self.compose = ConfigLoaderImpl.load_configuration
 
     def __call__(self, loader: ConfigLoaderImpl, name: str | None, overrides: list[str], *rest: Any) -> DictConfig:
@@ -34,7 +36,7 @@ class Composed:
         key = (*sources, name, JobRuntime().get("name"), *rest, *own)
         if key not in self.composed:
             self.keep(key, self.compose(loader, name, own, *rest))
-        config: DictConfig = pickle.loads(self.composed[key])
+        config = self.composed[key]()
         config.hydra.runtime.cwd = str(Path.cwd())
         for word in set(overrides) - set(own):
             loader._apply_overrides_to_config(OverridesParser.create().parse_overrides([word]), config)
@@ -44,7 +46,7 @@ class Composed:
     def keep(self, key: Any, config: DictConfig) -> None:
         if len(self.composed) == KEPT:
             del self.composed[next(iter(self.composed))]
-        self.composed[key] = pickle.dumps(config)
+        self.composed[key] = copies(config)
 
 
 class Read:

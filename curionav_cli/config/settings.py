@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import pickle
 from collections.abc import Sequence
 from dataclasses import asdict, fields
 from pathlib import Path
@@ -13,6 +12,7 @@ from omegaconf import DictConfig, OmegaConf, flag_override
 from omegaconf.errors import MissingMandatoryValue, OmegaConfBaseException
 
 from curionav_cli.agents.registry import AGENTS
+from curionav_cli.config.loader import copies
 from curionav_cli.config.paths import rooted
 from curionav_cli.config.schema import Config, Loop
 from curionav_cli.config.schema_source import ROBOTS, writable
@@ -29,7 +29,7 @@ def as_settings(config: DictConfig, start: Path | None = None) -> Config:
 
     Raises ConfigError for a missing value or one out of range.
     """
-    own: DictConfig = pickle.loads(pickle.dumps(config))  # a copy, several times quicker than deepcopy
+    own = copies(config)()
     with flag_override(own, ["struct", "readonly"], False):
         own.pop("hydra", None)
     try:
