@@ -180,7 +180,8 @@ class Memory:
         cell, reach = self.map.cell, self.map.reach
         self.map = Occupancy.of(arrays, cell, reach)
         shape = self.map.odds.shape
-        arrays = {"blocked": np.zeros(shape, np.int16), "point": np.zeros((*shape, 2), np.float32)} | arrays
+        blocked, point = np.zeros(shape, np.int16), np.zeros((*shape, 2), np.float32)
+        arrays = {"blocked": blocked, "point": point, **arrays}
         for name in self.GRIDS:
             setattr(self, name, arrays[name])
         self.clearance = Clearance(self.map.odds.shape, cell, self.radius)
