@@ -82,7 +82,7 @@ class Mapper(Agent):
         super().load(folder)
         held = read_json(folder / "mapper.json")
         self.steps, self.explored = held["steps"], held["explored"]
-        self.memory.load(read_arrays(folder / "map.npz", self.memory.SAVED))
+        self.memory.load(read_arrays(folder / "map.npz", self.memory.SAVED, self.memory.LATER))
 
     def _clear(self, pose: Pose) -> bool:
         """Is the next action still possible, by what is known now?"""

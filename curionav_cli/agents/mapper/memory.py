@@ -37,7 +37,8 @@ class Memory:
     blocked: np.ndarray
 
     GRIDS: tuple[str, ...] = ("visited", "today", "passed", "closed", "blocked")
-    SAVED: tuple[str, ...] = (*Occupancy.SAVED, *GRIDS, "point")
+    SAVED: tuple[str, ...] = (*Occupancy.SAVED, "visited", "today", "passed", "closed")
+    LATER: tuple[str, ...] = ("blocked", "point")  # runs of earlier versions do not record them
 
     def __init__(self, cell: float, reach: float, radius: float):
         self.map, self.radius = Occupancy(cell, reach), radius
@@ -175,9 +176,12 @@ class Memory:
         return self.map.save() | {name: getattr(self, name) for name in self.GRIDS} | {"point": self.clearance.point}
 
     def load(self, arrays: dict[str, np.ndarray]) -> None:
-        """What `save` gave."""
+        """What `save` gave. Without LATER nothing was blocked before, and returns lay in the middle of their cells."""
         cell, reach = self.map.cell, self.map.reach
         self.map = Occupancy.of(arrays, cell, reach)
+        shape = self.map.odds.shape
+        blocked, point = np.zeros(shape, np.int16), np.zeros((*shape, 2), np.float32)
+        arrays = {"blocked": blocked, "point": point, **arrays}
         for name in self.GRIDS:
             setattr(self, name, arrays[name])
         self.clearance = Clearance(self.map.odds.shape, cell, self.radius)

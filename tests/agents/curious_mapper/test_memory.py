@@ -156,7 +156,7 @@ def test_it_grows_and_goes_on_from_what_it_saved() -> None:
     assert at(made, made.surprise, 0.65) == 3.0 and made.surprise.dtype == np.float32
     other = memory()
     other.load({name: value.copy() for name, value in made.save().items()})
-    assert made.save().keys() == set(SurpriseMemory.SAVED)
+    assert made.save().keys() == {*SurpriseMemory.SAVED, *SurpriseMemory.LATER}
     for each in (made, other):
         each.begin()
         view(each, 1.5, Pose(7.5, 0.0, 1.0))

@@ -16,6 +16,7 @@ from curionav_cli.agents.mapper.agent import Mapper
 from curionav_cli.agents.mapper.goals import GOALS, frontiers
 from curionav_cli.agents.mapper.memory import Memory
 from curionav_cli.constants import FORWARD
+from curionav_cli.files import write_arrays
 from curionav_cli.records import Pose
 from curionav_cli.robot.depth_camera import DepthCamera
 from curionav_cli.robot.measurements import Scan
@@ -96,6 +97,17 @@ def test_it_goes_on_to_the_byte_from_what_it_saved(explored, tmp_path: Path) -> 
     one, two = (explore(each, NavigationEnv(env.scene), 40, first=1) for each in (agent, other))
     np.testing.assert_array_equal(one["landed"], two["landed"])
     assert other.report() == agent.report()
+
+
+def test_a_checkpoint_of_an_earlier_version_is_read(explored, tmp_path: Path) -> None:
+    agent, env, _ = explored
+    agent.save(tmp_path)
+    write_arrays(tmp_path / "map.npz", {name: agent.memory.save()[name] for name in Memory.SAVED})
+    other = mapper(env.scene)
+    other.load(tmp_path)
+    assert not other.memory.blocked.any() and not other.memory.clearance.point.any()
+    np.testing.assert_array_equal(other.memory.visited, agent.memory.visited)
+    assert not other.memory.free.all()
 
 
 def test_what_was_carried_away_is_driven_through_again() -> None:
