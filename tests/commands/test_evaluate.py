@@ -83,7 +83,7 @@ def test_worlds_seeds_and_a_robot_that_docks_are_one_table(cli: Cli, runs: Path,
     before = (runs / "trained" / "checkpoint" / "000001" / WEIGHTS).read_bytes()
     assert [path.read_bytes() for path in (tmp_path / "sweep").glob(f"*/checkpoint/000002/{WEIGHTS}")] == [before] * 4
     compared = cli("compare", "sweep", "out=compared")
-    assert compared.code == 0 and (tmp_path / "compared" / "apartment_1.png").is_file(), compared.error
+    assert compared.code == 0 and (tmp_path / "compared" / "figures" / "apartment_1.png").is_file(), compared.error
 
 
 def begun_earlier(folder: Path) -> None:

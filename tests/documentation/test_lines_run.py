@@ -43,7 +43,7 @@ SHORTENED = {  # the words of a command that are set, whether they stand there o
 LONGER = {"loop.episodes": "2", "dock.requests": "3", "loop.iterations": "2"}  # of resume, where they stand there
 RUN = {"docking.md": "dock env=small_room robot=turtlebot2i"}  # what RUN is of; elsewhere:
 EXPLORED = "explore env=small_room agent=lbs_dreamer"
-RECORDS = ("history", "benchmarks")  # what was run once, with the versions of then
+RECORDS = ("history", "benchmarks", "comparison")  # what was run once, with the versions of then
 
 
 @pytest.fixture(scope="module")
@@ -78,8 +78,8 @@ def beside(cli: Cli, page: Path, prepared: Path, tmp_path: Path, monkeypatch: py
     if "pretrained=apartments" in told:
         made(cli, prepared, "card outputs/DATE/RUN pretrained=apartments")
     if "mcap" in told:
-        made(cli, prepared, "export outputs/DATE/RUN --to mcap")
-        shutil.copy(next((tmp_path / "outputs/DATE/RUN/bags").glob("*/*.mcap")), tmp_path / "office.mcap")
+        made(cli, prepared, "export outputs/DATE/RUN --to mcap out=recorded")
+        shutil.copy(next((tmp_path / "recorded").rglob("*.mcap")), tmp_path / "office.mcap")
     if ".glb" in told:
         made(cli, prepared, "export env=small_room to=glb out=flat.glb")
     yield cli
@@ -141,8 +141,8 @@ def test_every_line_of_a_page_runs(beside: Cli, page: Path, tmp_path: Path) -> N
                 shutil.rmtree(tmp_path / word.partition("=")[2], ignore_errors=True)
         answer = beside(*short(words, tmp_path))
         if answer.code:
-            failed[line] = (answer.code, answer.error)
-    assert failed == {}
+            failed[line] = f"{answer.code} {answer.error}"
+    assert not failed, "\n".join(f"{line}: {said}" for line, said in failed.items())
 
 
 def test_every_reason_is_that_of_a_line() -> None:

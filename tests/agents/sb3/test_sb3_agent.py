@@ -56,6 +56,7 @@ def test_a_resumed_run_equals_one_in_one_go(cli: Cli, tmp_path: Path, algorithm:
         assert [(key, value) for key, value in one.items() if "seconds" not in key] == \
             [(key, value) for key, value in other.items() if "seconds" not in key]
     assert rows[0][-1]["updates"] > rows[0][0]["updates"] > 0 and rows[0][-1]["reward_mean"] > 0
+    assert not (tmp_path / "sb3").exists(), "Stable-Baselines3 has made a folder for its log"
 
 
 def an_agent(algorithm: str, *more: str):
