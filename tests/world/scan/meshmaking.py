@@ -56,6 +56,19 @@ def write_ply(path: Path, triangles: np.ndarray, colour: tuple[int, int, int] = 
     return path
 
 
+def write_quads(path: Path, triangles: np.ndarray) -> Path:
+    """A binary PLY of faces with four corners, as Replica has them: each triangle with the middle of a side added."""
+    a, b, c = triangles.transpose(1, 0, 2)
+    places = np.stack([a, b, (b + c) / 2.0, c], axis=1).reshape(-1, 3).astype("<f4")
+    face = np.zeros(len(triangles), [("count", "u1"), ("corner", "<i4", 4)])
+    face["count"], face["corner"] = 4, np.arange(len(places)).reshape(-1, 4)
+    names = "".join(f"property float {name}\n" for name in "xyz")
+    head = (f"ply\nformat binary_little_endian 1.0\nelement vertex {len(places)}\n{names}"
+            f"element face {len(triangles)}\nproperty list uchar int vertex_indices\nend_header\n")
+    path.write_bytes(head.encode() + places.tobytes() + face.tobytes())
+    return path
+
+
 def write_stl(path: Path, triangles: np.ndarray) -> Path:
     """A binary STL."""
     held = np.zeros(len(triangles), [("normal", "<f4", 3), ("corner", "<f4", (3, 3)), ("more", "<u2")])

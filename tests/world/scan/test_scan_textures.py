@@ -15,6 +15,8 @@ from curionav_cli.world.scene.scene import Scene
 from curionav_cli.world.scene.scene_file import plain
 
 trimesh = pytest.importorskip("trimesh", reason="the extra scan is not installed")
+from trimesh.exchange.gltf import export_glb, export_gltf  # noqa: E402
+
 pytest.importorskip("embreex", reason="the extra scan is not installed")
 
 HALL = room(width=10.0, depth=4.0)
@@ -37,7 +39,11 @@ def write_gltf(path: Path, side: int) -> Path:
     material = trimesh.visual.material.PBRMaterial(baseColorTexture=Image.fromarray(image))
     mesh = trimesh.Trimesh(places, np.arange(len(places)).reshape(-1, 3), process=False,
                            visual=trimesh.visual.TextureVisuals(uv=uv, material=material))
-    mesh.export(path)
+    if path.suffix == ".glb":
+        path.write_bytes(export_glb(trimesh.Scene(mesh)))
+    else:
+        for name, raw in export_gltf(trimesh.Scene(mesh)).items():
+            (path if name == "model.gltf" else path.with_name(name)).write_bytes(raw)
     return path
 
 
