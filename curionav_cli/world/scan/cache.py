@@ -61,8 +61,8 @@ def key(path: Path, env: Scan) -> str:
         readers = [version("trimesh"), version("embreex")]
     except PackageNotFoundError as error:
         raise extra(ImportError(name=error.name)) from None
-    sums = [[file.name, digest(file)] for file in (path, *beside)]
-    told = [RULES, readers, path.suffix.lower(), sums, [getattr(env, name) for name in SHAPING]]
+    sums = {file.name: digest(file) for file in beside}
+    told = [RULES, readers, path.suffix.lower(), digest(path), sums, [getattr(env, name) for name in SHAPING]]
     return hashlib.sha256(json.dumps(told).encode()).hexdigest()[:32]
 
 

@@ -9,7 +9,7 @@ import gymnasium
 import numpy as np
 import pytest
 from gymnasium.utils.env_checker import check_env
-from meshmaking import box, quad, room, write_obj, write_ply, write_stl, y_up
+from meshmaking import box, quad, room, write_obj, write_ply, write_quads, write_stl, y_up
 
 from curionav_cli.errors import SceneError
 from curionav_cli.world.scan.reader import GREY
@@ -48,11 +48,11 @@ def test_the_cells_of_a_room_can_be_counted(a_room: Path) -> None:
     assert plan.visitable.sum() == 38 * 28 - len(inner)
 
 
-@pytest.mark.parametrize("write", [write_stl, lambda path, held: write_obj(path, y_up(held)), write_glb],
-                         ids=["stl", "obj", "glb"])
+@pytest.mark.parametrize("write", [write_stl, lambda path, held: write_obj(path, y_up(held)), write_glb, write_quads],
+                         ids=["stl", "obj", "glb", "quads"])
 def test_every_format_gives_the_same_cells(a_room: Path, write) -> None:
-    kind = {write_stl: "stl", write_glb: "glb"}.get(write, "obj")
-    assert np.array_equal(scan(write(a_room.with_suffix(f".{kind}"), ROOM)).plan.visitable, scan(a_room).plan.visitable)
+    name = {write_stl: "other.stl", write_glb: "other.glb", write_quads: "other.ply"}.get(write, "other.obj")
+    assert np.array_equal(scan(write(a_room.with_name(name), ROOM)).plan.visitable, scan(a_room).plan.visitable)
 
 
 def test_colours_are_those_of_the_corners_and_grey_without(a_room: Path, tmp_path: Path) -> None:

@@ -1,0 +1,16 @@
+"""Surveys of scans go where the test is, not into the user's cache."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from curionav_cli.world.scan import cache
+
+
+@pytest.fixture(autouse=True)
+def kept(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Path:
+    """The folder of the surveys that a test keeps."""
+    monkeypatch.setattr(cache, "home", lambda: tmp_path / "kept")
+    return tmp_path / "kept"
