@@ -273,11 +273,12 @@ PEERS = .peers/venv
 ros-peer: $(READY) .peers/.ready
 	.venv/bin/python -m pytest -q -n 0 -m 'ros2 and not slow' tests/live
 
-# LBS Dreamer on that robot: three episodes, docking between them. STALE: seconds, more where the machine is busy.
+# LBS Dreamer on that robot: three episodes, docking between them. STALE, MOVE: seconds, more where the machine is busy.
 STALE ?= 3
+MOVE ?= 2.5
 ros-explore: $(READY) .peers/.ready
 	.venv/bin/python tests/peers/with_peer.py .venv/bin/curionav explore -cd tests/peers/conf env=live robot=rosbridge \
-		robot/profile=peer robot.stale=$(STALE) agent=lbs_dreamer scale=cpu loop.steps=100 loop.iterations=20 loop.episodes=3
+		robot/profile=peer robot.stale=$(STALE) robot.move=$(MOVE) agent=lbs_dreamer scale=cpu loop.steps=100 loop.iterations=20 loop.episodes=3
 
 lint: $(READY)
 	.venv/bin/ruff check .

@@ -48,9 +48,18 @@ def findings(base: LiveBase, move: bool) -> Iterator[Finding]:
 
 
 def listen(base: LiveBase) -> None:
-    """Let messages arrive."""
-    until = base.clock.now() + LISTENING
-    while base.clock.now() < until and base.transport.is_alive():
+    """Let messages arrive: for LISTENING seconds, once every needed topic has been heard or `robot.connect` is over."""
+    heard = base.sensors.received
+    pass_time(base, base.settings.connect, lambda: all(heard[key] for key in base.sensors.needed))
+    for key in base.sensors.needed:
+        heard[key] = 0  # so that it counts what comes in LISTENING seconds
+    pass_time(base, LISTENING, lambda: False)
+
+
+def pass_time(base: LiveBase, seconds: float, ready: Callable[[], bool]) -> None:
+    """Wait for `seconds`, or until it is ready or the connection is lost."""
+    until = base.clock.now() + seconds
+    while base.clock.now() < until and base.transport.is_alive() and not ready():
         base.clock.sleep(0.05)
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 from collections import defaultdict
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +16,7 @@ import yaml
 from entry import Cli
 
 from curionav_cli import build
+from curionav_cli.bags.intake import episodes
 from curionav_cli.config.settings import read_settings
 from curionav_cli.records import Episode
 from curionav_cli.storage.robot_map import explored_part, newest_map
@@ -142,10 +144,15 @@ def test_depth_is_of_the_changed_world_and_left_out_where_images_differ(cli: Cli
     assert len(topics(tmp_path / "bags" / "episode_000001")[DEPTH]) == 6
     run = RunFolder(tmp_path / "run")
     episode = Episode.load(run.episode_path(1))
-    run.save_episode(1, Episode(255 - episode.image, episode.action, episode.pose, episode.collided, episode.events))
+    changed = replace(episode, image=255 - episode.image)
+    run.save_episode(1, changed)
     answer = cli("export", "run", "to=mcap", "out=again", "episodes=1")
     assert answer.code == 0 and "episode 1 has no depth: its images are not what is drawn" in answer.out
     assert DEPTH not in topics(tmp_path / "again" / "episode_000001")
+    run.save_episode(1, replace(changed, depth=np.full((6, 64, 64), 1.5, np.float32)))  # as one made from a bag
+    assert cli("export", "run", "to=mcap", "out=own", "episodes=1").code == 0
+    (own,) = episodes(tmp_path / "own" / "episode_000001", [], {})
+    assert own.depth.shape == (6, 64, 64) and (own.depth == 1.5).all()
 
 
 @pytest.mark.parametrize(("words", "said"), [

@@ -22,7 +22,7 @@ BUMPER, LIGHT = "/mobile_base/events/bumper", "/mobile_base/sensors/dock_ir"
 
 def test_it_docks_by_light_and_a_silent_receiver_asks_for_a_person() -> None:
     world, asked = World(*KOBUKI, exact=True), list[str]()
-    world.link = replace(world.link, docking=replace(world.link.docking, staging=0.5))
+    world.link = replace(world.link, docking=replace(world.link.docking, staging=0.5, charge=1.0))
     env = world.explorer(asked)
     assert env.reset(seed=0)[1]["dock"] is None and not asked
     assert {finding.what: finding.about for finding in contents(env.base)}["content dock_ir"] == "no light of a dock"

@@ -51,7 +51,8 @@ def peer(tmp_path: Path) -> Iterator[Peer]:
 def words(peer: Peer, request: pytest.FixtureRequest) -> list[str]:
     """The settings that lead to the peer, and those of the test's parameter."""
     return ["env=live", "robot=rosbridge", "robot/profile=peer", "robot.host=127.0.0.1", f"robot.port={peer.port}",
-            f"robot.stale={STALE}", "robot.connect=20", "robot.patience=60", *getattr(request, "param", ())]
+            f"robot.stale={STALE}", "robot.move=10", "robot.connect=20", "robot.patience=60",
+            *getattr(request, "param", ())]
 
 
 @pytest.fixture

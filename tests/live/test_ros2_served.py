@@ -114,8 +114,9 @@ def test_the_product_explores_its_own_world_over_ros(bridge: Bridge, cli: Cli, d
     served = Served(bridge, 1.0, *docking)
     try:
         answer = cli("explore", "env=live", "robot=rosbridge", "robot/profile=peer", "env.radius=0.18",
-                     "robot.host=127.0.0.1", f"robot.port={bridge.port}", "robot.stale=8", "robot.connect=20",
-                     "agent=bounce", "loop.steps=20", "loop.episodes=2", "hydra.run.dir=run", *docking)
+                     "robot.host=127.0.0.1", f"robot.port={bridge.port}", "robot.stale=8", "robot.move=10",
+                     "robot.connect=20", "agent=bounce", "loop.steps=20", "loop.episodes=2", "hydra.run.dir=run",
+                     *docking)
         assert answer.code == 0, answer.error
     finally:
         served.stop()
