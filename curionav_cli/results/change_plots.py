@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.ticker import EngFormatter
+from matplotlib.ticker import EngFormatter, MaxNLocator
 
 from curionav_cli.results import changes
 from curionav_cli.results.changes import Seen
@@ -36,6 +36,7 @@ def figure(runs: Sequence[Seen], env: str) -> Figure:
                               (right, "c  surprise there", "episodes since the move", "KL over KL elsewhere")):
         axes.set_title(title, loc="left")
         axes.set(xlabel=x, ylabel=y, ylim=(0, None))
+    right.xaxis.set_major_locator(MaxNLocator(integer=True))
     for axes in (left, middle):
         axes.xaxis.set_major_formatter(EngFormatter(sep=""))
     names = left.get_legend_handles_labels()

@@ -38,7 +38,7 @@ AGE_COLUMNS: Columns = (
 BELOW = (
     f"near: within {NEAR:g} m of where an object stands or stood before its last move; of elsewhere: mean KL over "
     "that of frames near nothing that ever moved, in the same episode, with its 95 % t interval; expected after: the "
-    f"first age from which it stays at {LIKE_ELSEWHERE:g} or below")
+    f"first age from which it stays at {LIKE_ELSEWHERE:g} or below, or its interval holds 1")
 
 
 class Item(NamedTuple):
@@ -143,11 +143,11 @@ def summary(one: Seen) -> Row:
 
 
 def expected(relative: dict[int, Estimate | None]) -> str | None:
-    """The first age from which the relative surprise stays low, in words; None without surprise."""
-    known = {age: estimate.value for age, estimate in sorted(relative.items()) if estimate is not None}
+    """The first age from which the relative surprise stays low, or cannot be told from 1; None without surprise."""
+    known = {age: estimate for age, estimate in sorted(relative.items()) if estimate is not None}
     if not known:
         return None
-    high = [age for age, value in known.items() if value > LIKE_ELSEWHERE]
+    high = [age for age, (value, low, _) in known.items() if value > LIKE_ELSEWHERE and not low <= 1]
     if not high:
         return "0"
     later = [age for age in known if age > high[-1]]

@@ -100,23 +100,24 @@ def opened(one: Drawn) -> Run:
 
 
 def curves(runs: Sequence[Drawn], look: dict[str, Look]) -> Figure:
-    """Draw a panel for each environment, and one of the mean share over them where there are several."""
-    envs = list(dict.fromkeys(one.env for one in runs))
-    count = len(envs) + (len(envs) > 1)
+    """Draw a panel for each environment, and one of the mean share over them where there are several scenes."""
+    envs, several = list(dict.fromkeys(one.env for one in runs)), len({one.scene for one in runs}) > 1
+    count = len(envs) + several
     figure = Figure((0.6 + 3.3 * min(count, 4), 0.9 + 3.1 * -(-count // 4)), layout="constrained")
     all_axes = list(figure.subplots(-(-count // 4), min(count, 4), squeeze=False).flat)
     for letter, axes, env in zip("abcdefgh", all_axes, envs):
         here = [one for one in runs if one.env == env]
         draw_cells(axes, here, look)
         axes.set_title(wrapped(f"{letter}  {env}", 2.6), loc="left")
-    if len(envs) > 1:
+    if several:
         draw_mean(all_axes[len(envs)], runs, envs, look)
         all_axes[len(envs)].set_title(f"{'abcdefgh'[len(envs)]}  over all runs", loc="left")
     for axes in all_axes[count:]:
         axes.set_axis_off()
     handles = {label: line for axes in all_axes for line, label in zip(*axes.get_legend_handles_labels())}
     figure.legend(list(handles.values()), list(handles), loc="outside lower center", ncols=min(4, max(1, count)))
-    figure.suptitle("every run to its own end (dot), and the mean up to the end of the shortest", fontsize=9)
+    words = "every run to its own end (dot), and the mean up to the end of the shortest"
+    figure.suptitle(wrapped(words, 3.3 * min(count, 4)), fontsize=9)
     return figure
 
 

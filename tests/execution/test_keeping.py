@@ -69,6 +69,7 @@ def test_a_reward_that_counts_all_episodes_refuses_a_bound():
 
 
 @pytest.mark.slow
+@pytest.mark.timeout(900)
 def test_a_run_keeps_fewer_images_and_is_the_same_run_even_when_killed_while_they_go(tmp_path, warm):
     def run(name, *words, moment="", code=0):
         done = warm(moment, *words, program=PROGRAM)
@@ -111,6 +112,7 @@ def test_a_run_keeps_fewer_images_and_is_the_same_run_even_when_killed_while_the
 
 
 @pytest.mark.slow
+@pytest.mark.timeout(900)
 def test_a_bounded_replay_is_resumed_to_the_same_bytes(tmp_path, warm):
     words = ("explore", *LIVED, "loop.keep=poses", "loop.replay_episodes=1")
     done = warm("", *words, f"hydra.run.dir={tmp_path / 'run'}", program=PROGRAM)
