@@ -7,6 +7,9 @@ below 1e-5.
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from typing import NamedTuple
+
 import torch
 import torch.nn.functional as F
 from torch import Tensor
@@ -32,22 +35,33 @@ def elu_backward(gradient: Tensor, result: Tensor) -> Tensor:
     return torch.ops.aten.elu_backward.default(gradient, 1, 1, 1, True, result)
 
 
+class Functions(NamedTuple):
+    """ELU in place, and its gradient from that of its result and the result."""
+
+    forward: Callable[[Tensor], Tensor] = elu_
+    backward: Callable[[Tensor, Tensor], Tensor] = elu_backward
+
+
+PLAIN = Functions()
+
+
 class _ELU(torch.autograd.Function):
-    """`elu_`, with its gradient."""
+    """ELU in place, with its gradient."""
 
     @staticmethod
-    def forward(ctx, x):
-        elu_(x)
+    def forward(ctx, x, do):
+        do.forward(x)
         ctx.mark_dirty(x)
         ctx.save_for_backward(x)
+        ctx.do = do
         return x
 
     @staticmethod
     def backward(ctx, gradient):
         (result,) = ctx.saved_tensors
-        return elu_backward(gradient, result)
+        return ctx.do.backward(gradient, result), None
 
 
-def elu(x: Tensor) -> Tensor:
+def elu(x: Tensor, do: Functions = PLAIN) -> Tensor:
     """ELU in place, with a gradient."""
-    return _ELU.apply(x) if x.device.type == "cpu" else F.elu(x, inplace=True)
+    return _ELU.apply(x, do) if x.device.type == "cpu" else F.elu(x, inplace=True)

@@ -13,11 +13,14 @@ from pathlib import Path
 from shutil import which
 
 import torch
+from torch import nn
 
 from curionav_cli.agents.lbs_dreamer.behaviour import Behaviour
 from curionav_cli.agents.lbs_dreamer.kernels.cuda_graphs import Record, Recorded, as_it_is, cuda_graph
+from curionav_cli.agents.lbs_dreamer.kernels.mlp import MLP
 from curionav_cli.agents.lbs_dreamer.kernels.rssm_scan import PLAIN, Steps
 from curionav_cli.agents.lbs_dreamer.learner import Networks
+from curionav_cli.agents.lbs_dreamer.networks import Decoder, Encoder
 from curionav_cli.agents.lbs_dreamer.rssm import RSSM
 from curionav_cli.agents.lbs_dreamer.settings import Precision
 from curionav_cli.errors import ConfigError
@@ -63,9 +66,13 @@ def recorder(mode: str, device: torch.device) -> Record:
 
 
 def fuse_on(device: torch.device, networks: Networks) -> None:
-    """Have the steps of the RSSM run as fused kernels on its device."""
-    rssm, behaviour = networks.world_model.rssm, networks.behaviour
-    fuse_rows(rssm, behaviour) if device.type == "cpu" else fuse(rssm)
+    """Have the steps of the RSSM run as fused kernels on its device, on a CPU every ELU too."""
+    rssm = networks.world_model.rssm
+    if device.type == "cpu":
+        fuse_rows(rssm, networks.behaviour)
+        fuse_elu(networks)
+    else:
+        fuse(rssm)
 
 
 def fuse_rows(rssm: RSSM, behaviour: Behaviour) -> None:
@@ -75,6 +82,15 @@ def fuse_rows(rssm: RSSM, behaviour: Behaviour) -> None:
 
     rssm.steps = FusedLoop()
     behaviour.imagine = partial(imagine, behaviour.actor)  # type: ignore[method-assign]
+
+
+def fuse_elu(networks: nn.Module) -> None:
+    """Have numba's function be the ELU of encoder, decoder and all MLPs."""
+    from curionav_cli.agents.lbs_dreamer.kernels.fused_elu import FUSED
+
+    for part in networks.modules():
+        if isinstance(part, (Encoder, Decoder, MLP)):
+            part.elu = FUSED
 
 
 def fuse(rssm: RSSM, backend: str = "inductor") -> None:

@@ -45,9 +45,8 @@ class Networks(nn.Module):
 
 def build_networks(hyper: lbs_settings.LBSDreamer, generator: torch.Generator, device: torch.device) -> Networks:
     """Make networks whose first weights come from `generator` alone, the same on every device."""
-    with torch.device("meta"):
+    with torch.random.fork_rng(devices=[]):  # torch's own first weights; on the meta device it would load its compiler
         networks = Networks(hyper)
-    networks.to_empty(device="cpu")
     initialise(networks, generator)
     networks.stream_norm.reset()
     networks.behaviour.update_slow_critic()

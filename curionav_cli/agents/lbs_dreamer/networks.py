@@ -13,7 +13,7 @@ from typing import cast
 import torch
 from torch import Tensor, nn
 
-from curionav_cli.agents.elu import elu
+from curionav_cli.agents.elu import PLAIN, elu
 from curionav_cli.agents.lbs_dreamer.kernels.convolution import convolution, transposed_of_point, transposed_to_patches
 from curionav_cli.agents.lbs_dreamer.kernels.patches import patch_kernel
 from curionav_cli.constants import IMAGE_CHANNELS, IMAGE_SIDE
@@ -35,6 +35,7 @@ class Encoder(nn.Module):
 
     def __init__(self, channels: list[int], kernels: list[int], strides: list[int]):
         super().__init__()
+        self.elu = PLAIN
         inputs = [IMAGE_CHANNELS, *channels[:-1]]
         layers = zip(inputs, channels, kernels, strides, strict=True)
         self.layers = nn.ModuleList(nn.Conv2d(i, o, k, s) for i, o, k, s in layers)
@@ -48,8 +49,8 @@ class Encoder(nn.Module):
         first, *rest = cast(list[nn.Conv2d], self.layers)
         x = convolution(patches.permute(0, 3, 1, 2), patch_kernel(first.weight, self.stride), cast(Tensor, first.bias))
         for layer in rest:
-            x = convolution(elu(x), layer.weight, cast(Tensor, layer.bias), layer.stride[0])
-        return elu(x).permute(0, 2, 3, 1).flatten(1)  # (N, E), rows and columns before channels as in Keras
+            x = convolution(elu(x, self.elu), layer.weight, cast(Tensor, layer.bias), layer.stride[0])
+        return elu(x, self.elu).permute(0, 2, 3, 1).flatten(1)  # (N, E), rows and columns before channels as in Keras
 
 
 class Decoder(nn.Module):
@@ -61,6 +62,7 @@ class Decoder(nn.Module):
     def __init__(self, features: int, units: int, channels: list[int], kernels: list[int],
                  strides: list[int]):
         super().__init__()
+        self.elu = PLAIN
         self.dense = nn.Linear(features, units)
         sizes = [units, *channels, IMAGE_CHANNELS]
         layers = zip(sizes[:-1], sizes[1:], kernels, strides, strict=True)
@@ -69,7 +71,8 @@ class Decoder(nn.Module):
 
     def forward(self, features: Tensor) -> Tensor:
         first, *middle, last = cast(list[nn.ConvTranspose2d], self.layers)
-        x = elu(transposed_of_point(self.dense(features), first.weight, cast(Tensor, first.bias)))  # (N, c, k, k)
+        x = transposed_of_point(self.dense(features), first.weight, cast(Tensor, first.bias))  # (N, c, k, k)
         for layer in middle:
-            x = elu(convolution(x, layer.weight, cast(Tensor, layer.bias), layer.stride[0], transposed=True))
+            x = convolution(elu(x, self.elu), layer.weight, cast(Tensor, layer.bias), layer.stride[0], transposed=True)
+        x = elu(x, self.elu)
         return transposed_to_patches(x, last.weight, cast(Tensor, last.bias), self.stride).permute(0, 2, 3, 1)

@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from curionav_cli.world.render.intersections import Rays
 from curionav_cli.world.render.optics import offsets
 from curionav_cli.world.render.texture_atlas import lit, unpack
-from curionav_cli.world.scan.site import ScanView
+
+if TYPE_CHECKING:
+    from curionav_cli.world.scan.site import ScanView
 
 CHUNK = 8  # frames whose rays are held at once
 TILE = 8  # pixels: rays go by squares, which finds them 10 % faster than by rows, as neighbours meet the same triangles

@@ -12,7 +12,6 @@ from curionav_cli.errors import SceneError
 from curionav_cli.geometry import rectangle_distance
 from curionav_cli.records import FloorPlan, Pose
 from curionav_cli.world.materials.materials import COLOURS, PATTERNS, exists
-from curionav_cli.world.scan.site import scan_site
 from curionav_cli.world.scene import layout
 from curionav_cli.world.scene.boxes import FIXED, Box, Boxes
 from curionav_cli.world.scene.dynamics import Item
@@ -48,6 +47,8 @@ def construct(raw: dict[str, Any], source: str) -> dict[str, Any]:
     lists = lists_of(env, source)
     view = None
     if isinstance(env, Scan):
+        from curionav_cli.world.scan.site import scan_site  # late: it loads scipy.spatial
+
         site, view = scan_site(env)
         env, lists = shifted(env, lists, site.corner)
     elif env.map:

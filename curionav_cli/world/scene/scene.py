@@ -8,18 +8,20 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field, replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from curionav_cli.records import FloorPlan, Pose
-from curionav_cli.world.scan.site import ScanView
 from curionav_cli.world.scene import dynamics
 from curionav_cli.world.scene.boxes import FIXED, Boxes
 from curionav_cli.world.scene.builder import construct
 from curionav_cli.world.scene.ground import Ground
 from curionav_cli.world.scene.reachability import clear_cells, component
 from curionav_cli.world.scene.scene_format import Light, Move
+
+if TYPE_CHECKING:
+    from curionav_cli.world.scan.site import ScanView
 
 
 @dataclass(frozen=True)

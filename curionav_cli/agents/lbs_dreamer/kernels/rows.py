@@ -40,13 +40,32 @@ def tanh(x):
     return ONE - TWO / (exp(TWO * x) + ONE)
 
 
+@inlined
+def elu(x):
+    return exp(x) - ONE if x <= ZERO else x  # so that what is not a number stays that
+
+
+@compiled
+def elu_(x):
+    """x (n,) = elu(x), in place."""
+    for i in range(len(x)):
+        x[i] = elu(x[i])
+
+
+@compiled
+def elu_backward(gradient, result, slope):
+    """slope (n,) = the gradient of elu's input, from that of its result and the result."""
+    for i in range(len(slope)):
+        slope[i] = gradient[i] * (result[i] + ONE) if result[i] <= ZERO else gradient[i]
+
+
 @compiled
 def add_elu(x, added):
     """x (B, U) = elu(x + added), in place; added (B, U)."""
     for row in range(len(x)):
         for i in range(x.shape[1]):
             total = x[row, i] + added[row, i]
-            x[row, i] = total if total > ZERO else exp(min(total, ZERO)) - ONE
+            x[row, i] = elu(total)
 
 
 @compiled
@@ -55,7 +74,7 @@ def add_bias_elu(x, bias):
     for row in range(len(x)):
         for i in range(x.shape[1]):
             total = x[row, i] + bias[i]
-            x[row, i] = total if total > ZERO else exp(min(total, ZERO)) - ONE
+            x[row, i] = elu(total)
 
 
 @compiled
@@ -71,7 +90,7 @@ def elu_slope(slope, result):
     """slope (B, U) = the gradient of elu's input, in place, from that of its result and the result."""
     for row in range(len(slope)):
         for i in range(slope.shape[1]):
-            slope[row, i] *= min(result[row, i], ZERO) + ONE
+            slope[row, i] *= result[row, i] + ONE if result[row, i] <= ZERO else ONE
 
 
 @compiled
@@ -80,8 +99,7 @@ def elu_beside(before, deter, joined):
     units = before.shape[1]
     for row in range(len(before)):
         for i in range(units):
-            x = before[row, i]
-            joined[row, i] = x if x > ZERO else exp(min(x, ZERO)) - ONE
+            joined[row, i] = elu(before[row, i])
         joined[row, units:] = deter[row]
 
 

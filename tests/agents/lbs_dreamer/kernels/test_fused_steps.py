@@ -5,8 +5,10 @@ import torch
 
 pytest.importorskip("numba")
 
+from curionav_cli.agents.elu import PLAIN
 from curionav_cli.agents.lbs_dreamer.behaviour import Behaviour
-from curionav_cli.agents.lbs_dreamer.compile import fuse_rows
+from curionav_cli.agents.lbs_dreamer.compile import fuse_on, fuse_rows
+from curionav_cli.agents.lbs_dreamer.learner import Learner
 from curionav_cli.agents.lbs_dreamer.networks import initialise
 from curionav_cli.agents.lbs_dreamer.rssm import RSSM, State
 
@@ -64,6 +66,32 @@ def test_imagination_is_the_plain_one(latents, classes, layers):
     assert (fused.features[..., :latents * classes].nonzero()[:, 2].view(T + 1, B, latents) == fused.ones).all()
     for one, other in zip((plain.features, *plain.actor_layers), (fused.features, *fused.actor_layers), strict=True):
         close(other, one)
+
+
+def test_an_elu_in_any_layout_is_torchs():
+    from curionav_cli.agents.lbs_dreamer.kernels.fused_elu import FUSED
+
+    values = torch.cat([torch.linspace(-100, 30, 358), torch.tensor([torch.nan, torch.inf])])
+    image = values.view(2, 3, 5, 12)
+    for x in (values, image, image.to(memory_format=torch.channels_last), image.transpose(2, 3), values.double()):
+        slope = torch.linspace(-1, 2, x.numel()).view(x.shape).to(x.dtype)
+        results = []
+        for do in (PLAIN, FUSED):
+            made = do.forward(x.clone())
+            results.append((made, do.backward(slope, made), do.backward(torch.empty_like(x).copy_(slope), made)))
+        for one, other in zip(*results, strict=True):
+            torch.testing.assert_close(other, one, rtol=1e-6, atol=2e-7, equal_nan=True)
+
+
+def test_fused_updates_learn_what_plain_ones_do(tiny, networks, data):
+    plain, fused = (Learner(tiny(), networks(tiny()), torch.Generator().manual_seed(1)) for _ in range(2))
+    fuse_on(torch.device("cpu"), fused.networks)
+    for _ in range(3):
+        one, other = plain.update(data), fused.update(data)
+        for name, value in one.items():
+            assert float(other[name]) == pytest.approx(float(value), rel=1e-3, abs=1e-3), name
+    for name, weight in plain.networks.state_dict().items():
+        torch.testing.assert_close(fused.networks.state_dict()[name], weight, rtol=0, atol=1e-3)
 
 
 def test_numbers_that_overflow_and_vanish_are_as_in_torch():
