@@ -11,6 +11,7 @@ from entry import Answer, Cli
 from paint import unpainted
 
 from curionav_cli.app import main
+from curionav_cli.places import conf_dir
 
 
 @pytest.fixture
@@ -31,6 +32,16 @@ def cli(request: pytest.FixtureRequest, tmp_path: Path, monkeypatch: pytest.Monk
 
     with nullcontext() if "painted" in request.fixturenames else unpainted():
         yield call
+
+
+@pytest.fixture
+def unsized(monkeypatch: pytest.MonkeyPatch) -> None:
+    """`curionav list env` names the environments of conf/ without building them, which takes four CPU-seconds."""
+    from curionav_cli.commands import listing
+
+    row = listing.environment
+    monkeypatch.setattr(listing, "environment", lambda hydra, name: (
+        ("",) * 5 if (conf_dir() / "env" / f"{name}.yaml").is_file() else row(hydra, name)))
 
 
 @pytest.fixture

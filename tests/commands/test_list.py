@@ -54,7 +54,7 @@ def test_agents_with_a_line_each(cli: Cli) -> None:
     assert "Minutes on two cores" in cli("list", "scale").out
 
 
-def test_environments_of_ones_own(cli: Cli, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_environments_of_ones_own(cli: Cli, unsized: None, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     (tmp_path / "mine" / "env").mkdir(parents=True)
     (tmp_path / "mine" / "env" / "shed.yaml").write_text(SHED)
     (tmp_path / "mine" / "env" / "ruin.yaml").write_text(SHED.replace("0.2", "1.9").replace("shed", "ruin"))

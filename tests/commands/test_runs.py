@@ -110,7 +110,7 @@ def test_where_there_is_nothing(cli: Cli, tmp_path: Path) -> None:
     assert answer.code == 2 and "sort: 'colour' is not one of age, coverage" in answer.error
 
 
-def test_a_directory_of_ones_own_runs_as_it_is(cli: Cli, tmp_path: Path) -> None:
+def test_a_directory_of_ones_own_runs_as_it_is(cli: Cli, unsized: None, tmp_path: Path) -> None:
     made = cli("init", "mine")
     assert made.code == 0 and "curionav explore -cd mine experiment=my_sweep" in made.out
     for what, word in (("env", "env=my_room"), ("agent", "agent=my_agent")):

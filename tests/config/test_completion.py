@@ -9,6 +9,7 @@ import sys
 from pathlib import Path
 
 import pytest
+from entry import Cli
 
 SCRIPT = """
 eval "$(_CURIONAV_COMPLETE=source_bash curionav)"
@@ -48,9 +49,23 @@ TYPED = {
 }
 
 
-@pytest.mark.parametrize("typed", TYPED)
+@pytest.mark.parametrize("typed", [pytest.param(typed, marks=[] if "random" in typed else pytest.mark.slow)
+                                   for typed in TYPED])
 def test_bash(typed: str) -> None:
+    """In quick tests where bash cuts a word at '=' and at ','; the others in a process of its own say the same."""
     assert bash(*typed.split()) == TYPED[typed]
+
+
+@pytest.mark.parametrize("typed", TYPED)
+def test_what_the_script_is_told(cli: Cli, monkeypatch: pytest.MonkeyPatch, typed: str) -> None:
+    """As the script of bash asks, without a process."""
+    words = ["curionav", *typed.split()]
+    asked = {"_CURIONAV_COMPLETE": "complete_bash", "COMP_WORDS": "\n".join(words), "COMP_CWORD": str(len(words) - 1)}
+    for name, value in asked.items():
+        monkeypatch.setenv(name, value)
+    monkeypatch.setattr(sys, "argv", ["curionav"])  # by which click knows whose completion is asked
+    monkeypatch.setattr(sys.modules["__main__"], "__package__", None)
+    assert cli().out.split() == TYPED[typed]
 
 
 def test_a_users_directory_is_completed_too(tmp_path: Path) -> None:

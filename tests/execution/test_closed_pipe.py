@@ -59,7 +59,8 @@ def test_a_table_does_not_end_the_process_behind_our_back() -> None:
         Screen().on_broken_pipe()
 
 
-@pytest.mark.parametrize("words", [("--help",), ("explore", "--help"), ("list", "env")])
+@pytest.mark.parametrize("words", [("--help",), pytest.param(("explore", "--help"), marks=pytest.mark.slow),
+                                   ("list", "agent")])
 def test_what_nobody_reads_at_all_is_no_failed_run(words: tuple[str, ...]) -> None:
     unread, stdout = os.pipe()
     os.close(unread)

@@ -81,6 +81,7 @@ def test_a_sweep(recorded: Recorded, launcher: str) -> None:
         "0_small_room_random_1", "1_small_room_random_2", "2_small_room_bounce_1", "3_small_room_bounce_2"]
     here = {line[2] for line in lines} == {str(os.getpid())}
     assert here == (launcher == "local")
+    assert [path.read_text() for path in folder.glob("*/threads")] == ["1 PASSIVE"] * 4
 
 
 @pytest.mark.parametrize("launcher", ["local", "cores"])
@@ -112,12 +113,6 @@ def test_linux_counts_its_kills() -> None:
     assert sweep_failures.memory_kills() >= 0
     assert Path("/proc/vmstat").exists() == any(
         line.startswith("oom_kill ") for line in Path("/proc/vmstat").read_text().splitlines())
-
-
-def test_every_worker_has_one_thread(recorded: Recorded) -> None:
-    assert go(recorded, "seed=1,2", "launcher=cores", multirun=True) == 0
-    folder, = {folder for folder, _ in recorded.calls}
-    assert [path.read_text() for path in folder.glob("*/threads")] == ["1 PASSIVE"] * 2
 
 
 def test_a_failure_without_a_status_gets_one(recorded: Recorded) -> None:
