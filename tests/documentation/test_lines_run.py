@@ -122,9 +122,9 @@ def short(words: list[str], folder: Path) -> list[str]:
 def makes(words: list[str]) -> list[str]:
     """The folders that a line makes."""
     named = [word.partition("=")[2] for word in words
-             if word.startswith(("hydra.run.dir=", "hydra.sweep.dir=", "out="))]
+             if word.startswith(("hydra.run.dir=", "hydra.sweep.dir=", "out=", "pretrained="))]
     beside = {"card": "card", "export": "bags"}.get(words[0], "")
-    return [*named, *(f"{word.removesuffix('...')}/{beside}" for word in words[1:2] if beside)]
+    return named or [f"{word.removesuffix('...')}/{beside}" for word in words[1:2] if beside]
 
 
 def not_run(line: str) -> str:
