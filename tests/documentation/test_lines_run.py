@@ -119,6 +119,14 @@ def short(words: list[str], folder: Path) -> list[str]:
             *(f"{key}={value}" for key, value in change.items())]
 
 
+def makes(words: list[str]) -> list[str]:
+    """The folders that a line makes."""
+    named = [word.partition("=")[2] for word in words
+             if word.startswith(("hydra.run.dir=", "hydra.sweep.dir=", "out=", "pretrained="))]
+    beside = {"card": "card", "export": "bags"}.get(words[0], "")
+    return named or [f"{word.removesuffix('...')}/{beside}" for word in words[1:2] if beside]
+
+
 def not_run(line: str) -> str:
     """Why a line is not run; empty where it is."""
     return next((reason for part, reason in NOT_RUN.items() if part in line), "")
@@ -136,9 +144,8 @@ def test_every_line_of_a_page_runs(beside: Cli, page: Path, tmp_path: Path) -> N
         line = shlex.join(words)
         if not_run(line):
             continue
-        for word in words:
-            if word.startswith(("hydra.run.dir=", "hydra.sweep.dir=", "out=")):
-                shutil.rmtree(tmp_path / word.partition("=")[2], ignore_errors=True)
+        for folder in makes(words):
+            shutil.rmtree(tmp_path / folder, ignore_errors=True)
         answer = beside(*short(words, tmp_path))
         if answer.code:
             failed[line] = f"{answer.code} {answer.error}"
