@@ -64,9 +64,9 @@ class MeshEngine:
         directions[..., 2] = camera.slope.take(self._row)
         origins = np.empty((*shape, 3), np.float32)
         origins[..., :2], origins[..., 2] = pose[:, None], camera.height
-        directions = directions.reshape(-1, 3)
-        hits = camera.view.tracer.cast(origins.reshape(-1, 3), directions)
-        colour = camera.view.texels.look_up(hits, directions, camera.pixel).reshape(shape)
+        rays = directions.reshape(-1, 3)
+        hits = camera.view.tracer.cast(origins.reshape(-1, 3), rays)
+        colour = camera.view.texels.look_up(hits, rays, camera.pixel).reshape(shape)
         far = hits.far.reshape(shape)
         if camera.view.haze or (brightness != 1.0).any():
             light = 256.0 * brightness[:, None] / (np.float32(1.0) + np.float32(camera.view.haze) * far)

@@ -82,7 +82,7 @@ def read(path: Path) -> Survey | None:
         pictures = read_arrays(path, tuple(f"texture_{at}" for at in range(told["textures"])))
     except (RunFolderError, ValueError, KeyError, TypeError):
         return None
-    mesh = Mesh(*(held[name] for name in MESH[:4]), tuple(pictures.values()), held["uv"])
+    mesh = Mesh(**{name: held[name] for name in MESH}, textures=tuple(pictures.values()))
     floor = Footing(told["cell"], *(held[name] for name in FLOOR))
     return Survey(mesh, floor, (told["corner"][0], told["corner"][1]), held["picture"], tuple(told["about"]))
 

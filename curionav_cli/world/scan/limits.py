@@ -21,6 +21,7 @@ MOST_ELEMENTS = 60_000_000  # vertices or faces that a header may announce
 SIZES = {"char": 1, "uchar": 1, "int8": 1, "uint8": 1, "short": 2, "ushort": 2, "int16": 2, "uint16": 2, "int": 4,
          "uint": 4, "int32": 4, "uint32": 4, "float": 4, "float32": 4, "double": 8, "float64": 8, "int64": 8,
          "uint64": 8}
+POINTER = b"version https://git-lfs"
 KINDS = (".ply", ".glb", ".gltf", ".obj", ".stl")
 
 
@@ -35,6 +36,9 @@ def refuse_absent(path: Path) -> None:
         raise SceneError(f"{path} has {size / 1e9:.1f} GB; the most are {MOST_BYTES / 1e9:.1f}. Reduce it first.")
     if not size:
         raise SceneError(f"{path} is empty.")
+    with open(path, "rb") as file:
+        if file.read(len(POINTER)) == POINTER:
+            raise SceneError(f"{path} is a pointer of Git LFS, not the mesh itself. Fetch it with git lfs pull.")
 
 
 def refuse_broken(path: Path) -> None:

@@ -31,22 +31,25 @@ def read_mesh(path: Path) -> Mesh:
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
-            scene = trimesh.load_scene(path, process=False)
-            pieces = [piece(scene.geometry[name], np.asarray(matrix)) for matrix, name in
-                      (scene.graph[node] for node in sorted(scene.graph.nodes_geometry))
-                      if hasattr(scene.geometry[name], "faces") and len(scene.geometry[name].faces)]
+            pieces = pieces_of(trimesh.load_scene(path, process=False))
     except MemoryError:
         raise SceneError(f"{path} needs more memory than there is. Reduce its triangles or textures.") from None
     except Exception as error:  # readers raise every kind of exception for broken files
         line = next(iter(str(error).splitlines()), "") or type(error).__name__
         raise SceneError(f"{path} is no mesh that can be read: {line[:200]}") from None
     finally:
-        scene = None
         gc.collect()  # trimesh's objects hold one another, and their arrays are twice as wide as ours
     if not pieces:
         raise SceneError(f"{path} holds no triangles. A cloud of points is no mesh: make one of it first, as "
                          "docs/scans.md says.")
     return sound(joined(pieces), path)
+
+
+def pieces_of(scene: Any) -> list[Mesh]:
+    """The meshes of a trimesh.Scene, each where it stands."""
+    return [piece(scene.geometry[name], np.asarray(matrix)) for matrix, name in
+            (scene.graph[node] for node in sorted(scene.graph.nodes_geometry))
+            if hasattr(scene.geometry[name], "faces") and len(scene.geometry[name].faces)]
 
 
 def piece(part: Any, matrix: np.ndarray) -> Mesh:
@@ -106,7 +109,7 @@ def joined(pieces: list[Mesh]) -> Mesh:
     number = []
     for part in pieces:
         for image in part.textures:
-            seen = f"{image.shape} {hashlib.sha256(np.ascontiguousarray(image)).hexdigest()}"
+            seen = f"{image.shape} {hashlib.sha256(np.ascontiguousarray(image).data).hexdigest()}"
             at, _ = pictures.setdefault(seen, (len(pictures), image))
             number.append(np.full(len(part.faces), at, np.int16))
         if not part.textures:

@@ -72,6 +72,7 @@ def twice(held: dict[str, Any]) -> None:
 PLY = b"ply\nformat binary_little_endian 1.0\nelement vertex %d\nproperty float x\nproperty float y\nproperty float z\n"
 FACES = b"element face %d\nproperty list uchar int vertex_indices\nend_header\n"
 BAD = {
+    "pointer.glb": b"version https://git-lfs.github.com/spec/v1\noid sha256:4d7a\nsize 12345\n",
     "empty.glb": b"", "words.glb": b"once upon a time, a mesh", "cut.glb": glb(tree())[:-20],
     "long.glb": glb(tree(), length=1 << 31), "version.glb": struct.pack("<4sII", b"glTF", 1, 20) + b"\0" * 8,
     "chunk.glb": struct.pack("<4sIIII", b"glTF", 2, 20, 1 << 30, JSON), "json.glb": glb(b"{" * 5000),
