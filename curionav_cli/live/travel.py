@@ -58,7 +58,7 @@ class Travel:
         self.turned += turn
 
     def add_gyro(self, message: Message) -> None:
-        """Take a message of the gyro: its rate is that of the time since the one before, as irregular as that may be."""
+        """Take a message of the gyro: its rate counts for the time since the one before, regular or not."""
         at, rate = stamp_of(message), yaw_rate(message)
         with self._lock:
             last = at if self._turned_at is None else self._turned_at
