@@ -26,7 +26,7 @@ class Travel:
         self.gyro = gyro
         self.now: Odometry | None = None
         self.forward, self.turned, self.by_gyro = 0.0, 0.0, 0.0
-        self._rate: tuple[float, float] | None = None  # the last gyro message: seconds, rad/s
+        self._turned_at: float | None = None  # seconds of the last gyro message
         self._read = (0.0, 0.0, 0.0)  # forward, radians, stamp at the last reading
         self._jump = ""
         self._lock = threading.Lock()
@@ -43,7 +43,7 @@ class Travel:
                 self._drive(old, new)
             elif new.stamp < old.stamp - RESTART:
                 self._jump = f"the odometry's clock went back by {old.stamp - new.stamp:.1f} s"
-                self.now, self._rate, self._read = new, None, (self.forward, self.heading, new.stamp)
+                self.now, self._turned_at, self._read = new, None, (self.forward, self.heading, new.stamp)
                 return True
         return False
 
@@ -58,13 +58,13 @@ class Travel:
         self.turned += turn
 
     def add_gyro(self, message: Message) -> None:
-        """Take a message of the gyro: its rate is integrated over the time since the one before."""
+        """Take a message of the gyro: its rate counts for the time since the one before, regular or not."""
         at, rate = stamp_of(message), yaw_rate(message)
         with self._lock:
-            if self._rate and self._rate[0] < at < self._rate[0] + PAUSE:
-                self.by_gyro += 0.5 * (rate + self._rate[1]) * (at - self._rate[0])
-            if not self._rate or at > self._rate[0]:
-                self._rate = (at, rate)
+            last = at if self._turned_at is None else self._turned_at
+            if at < last + PAUSE:
+                self.by_gyro += rate * max(0.0, at - last)
+            self._turned_at = max(at, last)
 
     def reading(self, bump: str | None = None) -> Reading | None:
         """The motion since the last reading, for the localiser; None where no odometry has come since."""

@@ -104,10 +104,10 @@ class Robot(Node):
             self.put(here_x + share * (x - here_x), here_y + share * (y - here_y), yaw)
 
     def turn(self, yaw: float) -> None:
-        """Turn on the spot, at 2 rad/s."""
+        """Turn on the spot, at 0.5 rad/s: faster, and a gyro's message that is lost on a busy machine costs degrees."""
         x, y, begin = self.pose()
         swing = math.remainder(yaw - begin, 2 * math.pi)
-        for share in np.linspace(0, 1, 2 + math.ceil(abs(swing) / 0.1)):
+        for share in np.linspace(0, 1, 2 + math.ceil(abs(swing) / 0.025)):
             self.put(x, y, begin + share * swing)
 
     def put(self, x: float, y: float, yaw: float) -> None:
