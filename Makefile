@@ -87,10 +87,11 @@ LENGTH = outputs/paper_length/$(if $(filter smoke,$(SCALE)),smoke,cpu)
 IN_LAB = experiment=paper_length_lab $(SHORT)
 IN_APARTMENT = experiment=paper_length_apartments $(SHORT)
 SHORT = $(if $(filter smoke,$(SCALE)),loop.episodes=2 loop.steps=100 loop.iterations=2)
-UNTRAINED = agent=bounce,sticky,random,mapper 'seed=range($(if $(filter smoke,$(SCALE)),2,3))'
+THRICE = 'seed=range($(if $(filter smoke,$(SCALE)),2,3))'
+UNTRAINED = agent=bounce,sticky,random,mapper $(THRICE)
 CBETS = agent=cbet,cbet_ego,cbet_lifelong
 FURTHER = $(if $(filter smoke,$(SCALE)),,loop.episodes=10000)
-LENGTHS = lab lab_untrained lab_shuffled lab_unchanged lab_seed_1 lab_cbet \
+LENGTHS = lab lab_untrained lab_shuffled lab_seed_1 lab_unchanged lab_unchanged_untrained lab_cbet \
 	$(foreach n,0 1 2,apartment_$(n) apartment_$(n)_untrained apartment_$(n)_cbet) room
 
 .PHONY: help setup explore controls teach pretrained test docs clients trackers ros-peer ros-explore lint clean figures cost comparison paper-vs-ours paper-length paper-length-figures $(FIGURES) $(TABLES)
@@ -200,12 +201,13 @@ paper-vs-ours: table-docking $(SWEEPS:%=$(RUNS)/%/.done)
 comparison: $(RUNS)/many/.done
 	$(CURIONAV) compare $(RUNS)/many baseline=random out=$(FIG)/comparison
 
-$(LENGTH)/lab/.done: LINE = $(IN_LAB) env.changes=true
+$(LENGTH)/lab/.done: LINE = $(IN_LAB)
 $(LENGTH)/lab_untrained/.done: LINE = $(IN_LAB) $(UNTRAINED)
-$(LENGTH)/lab_shuffled/.done: LINE = $(IN_LAB) env.changes=true agent.curiosity=shuffled
+$(LENGTH)/lab_shuffled/.done: LINE = $(IN_LAB) agent.curiosity=shuffled
+$(LENGTH)/lab_seed_1/.done: LINE = $(IN_LAB) seed=1
 $(LENGTH)/lab_unchanged/.done: LINE = $(IN_LAB) env.changes=false
-$(LENGTH)/lab_seed_1/.done: LINE = $(IN_LAB) env.changes=true seed=1
-$(LENGTH)/lab_cbet/.done: LINE = $(IN_LAB) $(CBETS) env.changes=true
+$(LENGTH)/lab_unchanged_untrained/.done: LINE = $(IN_LAB) env.changes=false agent=bounce,mapper $(THRICE)
+$(LENGTH)/lab_cbet/.done: LINE = $(IN_LAB) $(CBETS)
 $(LENGTH)/apartment_0%.done: APARTMENT = env=apartment_0
 $(LENGTH)/apartment_1%.done: APARTMENT = env=apartment_1
 $(LENGTH)/apartment_2%.done: APARTMENT = env=apartment_2

@@ -41,7 +41,8 @@ def figure(runs: Sequence[Seen], env: str) -> Figure:
         axes.xaxis.set_major_formatter(EngFormatter(sep=""))
     names = left.get_legend_handles_labels()
     drawn.legend(*names, loc="outside lower center", ncols=columns_for(drawn, names[1], 4))
-    drawn.suptitle(wrapped(f"{env}: without changes, the same places in the same episodes", 9.0), fontsize=9)
+    control = "" if all(one.changing for one in runs) else ": without changes, the same places in the same episodes"
+    drawn.suptitle(wrapped(f"{env}{control}", 9.0), fontsize=9)
     return drawn
 
 

@@ -66,10 +66,11 @@ def stages(run: Run, metrics: list[Row]) -> Iterator[Row]:
 
 def separation(run: Run, cuts: np.ndarray) -> list[Row]:
     """Whether surprise separates new views from known, in each stage, from JUDGED episodes spread over it."""
-    stored = np.array(list(run.predictions), np.int64)
+    files = run.predictions
+    stored = np.array(list(files), np.int64)
     inside = [stored[(stored >= first) & (stored < end)] for first, end in pairwise(cuts)]
     chosen = [some[np.linspace(0, len(some) - 1, min(JUDGED, len(some))).astype(int)] for some in inside]
-    surprise = {int(index): Prediction.load_surprise(run.predictions[index]) for some in chosen for index in some}
+    surprise = {int(index): Prediction.load_surprise(files[int(index)]) for some in chosen for index in some}
     judged = novelty.each(run, surprise)
     rows = []
     for some in chosen:

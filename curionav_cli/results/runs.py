@@ -104,7 +104,8 @@ class Run:
     @property
     def predictions(self) -> dict[int, Path]:
         """Files of the agent's predictions of these episodes, by episode; none where it predicts nothing."""
-        return {index: path for index, path in self.folder.prediction_paths().items() if index < len(self.episodes)}
+        readable = len(self.readable.ends) - 1
+        return {index: path for index, path in self.folder.prediction_paths().items() if index < readable}
 
     def poses(self) -> list[np.ndarray]:
         """Read the poses (T+1, 3) of each of these episodes, metres and radians."""

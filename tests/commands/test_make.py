@@ -63,9 +63,10 @@ def test_every_figure_says_the_line_that_it_runs(checkout: Path) -> None:
 def test_the_papers_lengths_are_run_in_the_declared_order(checkout: Path) -> None:
     lines = [line for line in make("-n", "paper-length", cwd=checkout).splitlines() if "curionav explore" in line]
     folders = [Path(line.split("hydra.sweep.dir=")[1]).name for line in lines]
-    assert folders[:6] == ["lab", "lab_untrained", "lab_shuffled", "lab_unchanged", "lab_seed_1", "lab_cbet"]
-    assert folders[6:9] == ["apartment_0", "apartment_0_untrained", "apartment_0_cbet"]
-    assert folders[-1] == "room" and len(folders) == 16
+    assert folders[:7] == ["lab", "lab_untrained", "lab_shuffled", "lab_seed_1", "lab_unchanged",
+                           "lab_unchanged_untrained", "lab_cbet"]
+    assert folders[7:10] == ["apartment_0", "apartment_0_untrained", "apartment_0_cbet"]
+    assert folders[-1] == "room" and len(folders) == 17
     assert ["loop.episodes=10000" in line for line in lines] == [name.endswith("_cbet") and name != "lab_cbet"
                                                                  for name in folders]
     assert all(f"env=apartment_{number}" in line for line, name in zip(lines, folders, strict=True)
