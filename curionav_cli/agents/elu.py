@@ -8,12 +8,12 @@ below 1e-5.
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import NamedTuple
 
 import torch
 import torch.nn.functional as F
 from torch import Tensor
 
+InPlace = Callable[[Tensor], Tensor]
 PART = 2**18  # numbers at a time
 ENOUGH = 2**15  # numbers from which on five operations are quicker than one
 LOG2_E = 1.4426950408889634
@@ -35,33 +35,22 @@ def elu_backward(gradient: Tensor, result: Tensor) -> Tensor:
     return torch.ops.aten.elu_backward.default(gradient, 1, 1, 1, True, result)
 
 
-class Functions(NamedTuple):
-    """ELU in place, and its gradient from that of its result and the result."""
-
-    forward: Callable[[Tensor], Tensor] = elu_
-    backward: Callable[[Tensor, Tensor], Tensor] = elu_backward
-
-
-PLAIN = Functions()
-
-
 class _ELU(torch.autograd.Function):
     """ELU in place, with its gradient."""
 
     @staticmethod
-    def forward(ctx, x, do):
-        do.forward(x)
+    def forward(ctx, x, in_place):
+        in_place(x)
         ctx.mark_dirty(x)
         ctx.save_for_backward(x)
-        ctx.do = do
         return x
 
     @staticmethod
     def backward(ctx, gradient):
         (result,) = ctx.saved_tensors
-        return ctx.do.backward(gradient, result), None
+        return elu_backward(gradient, result), None
 
 
-def elu(x: Tensor, do: Functions = PLAIN) -> Tensor:
-    """ELU in place, with a gradient."""
-    return _ELU.apply(x, do) if x.device.type == "cpu" else F.elu(x, inplace=True)
+def elu(x: Tensor, in_place: InPlace = elu_) -> Tensor:
+    """ELU in place, with a gradient; in_place: the function that computes it on a CPU."""
+    return _ELU.apply(x, in_place) if x.device.type == "cpu" else F.elu(x, inplace=True)

@@ -86,11 +86,11 @@ def fuse_rows(rssm: RSSM, behaviour: Behaviour) -> None:
 
 def fuse_elu(networks: nn.Module) -> None:
     """Have numba's function be the ELU of encoder, decoder and all MLPs."""
-    from curionav_cli.agents.lbs_dreamer.kernels.fused_elu import FUSED
+    from curionav_cli.agents.lbs_dreamer.kernels.fused_elu import fused_elu_
 
     for part in networks.modules():
         if isinstance(part, (Encoder, Decoder, MLP)):
-            part.elu = FUSED
+            part.elu = fused_elu_
 
 
 def fuse(rssm: RSSM, backend: str = "inductor") -> None:

@@ -13,7 +13,7 @@ from typing import cast
 import torch
 from torch import Tensor, nn
 
-from curionav_cli.agents.elu import PLAIN, elu
+from curionav_cli.agents.elu import InPlace, elu, elu_
 from curionav_cli.agents.lbs_dreamer.kernels.convolution import convolution, transposed_of_point, transposed_to_patches
 from curionav_cli.agents.lbs_dreamer.kernels.patches import patch_kernel
 from curionav_cli.constants import IMAGE_CHANNELS, IMAGE_SIDE
@@ -35,7 +35,7 @@ class Encoder(nn.Module):
 
     def __init__(self, channels: list[int], kernels: list[int], strides: list[int]):
         super().__init__()
-        self.elu = PLAIN
+        self.elu: InPlace = elu_
         inputs = [IMAGE_CHANNELS, *channels[:-1]]
         layers = zip(inputs, channels, kernels, strides, strict=True)
         self.layers = nn.ModuleList(nn.Conv2d(i, o, k, s) for i, o, k, s in layers)
@@ -62,7 +62,7 @@ class Decoder(nn.Module):
     def __init__(self, features: int, units: int, channels: list[int], kernels: list[int],
                  strides: list[int]):
         super().__init__()
-        self.elu = PLAIN
+        self.elu: InPlace = elu_
         self.dense = nn.Linear(features, units)
         sizes = [units, *channels, IMAGE_CHANNELS]
         layers = zip(sizes[:-1], sizes[1:], kernels, strides, strict=True)

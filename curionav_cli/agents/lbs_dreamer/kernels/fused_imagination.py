@@ -49,7 +49,7 @@ def roll_out(h, noise, table, table_bias, actions, first, hidden, hidden_bias, l
     gates, normed = np.empty((count, 3 * size), np.float32), np.empty((count, 3 * size), np.float32)
     mean, scale = np.empty((count, 1), np.float32), np.empty((count, 1), np.float32)
     out = np.empty((count, w_out.shape[1]), np.float32)
-    flat = np.empty((count, hot), np.float32)
+    flat, stoch = np.empty((count, hot), np.float32), np.empty((count, hot), np.float32)
     logits = flat.reshape(count, ones.shape[2], -1)
     for t in range(len(noise)):
         rows.add_columns(ones[t], table, table_bias, shares, x)
@@ -65,7 +65,8 @@ def roll_out(h, noise, table, table_bias, actions, first, hidden, hidden_bias, l
         rows.add_bias_elu(out, out_bias)
         np.dot(out, w_l, flat)
         rows.add_bias(flat, l_bias)
-        rows.draw(logits, noise[t], features[t + 1, :, :hot], logits, ones[t + 1])
+        rows.draw(logits, noise[t], stoch, logits, ones[t + 1])
+        features[t + 1, :, :hot] = stoch
         features[t + 1, :, hot:] = h
 
 

@@ -20,7 +20,7 @@ import torch
 import torch.nn.functional as F
 from torch import Tensor, nn
 
-from curionav_cli.agents.elu import PLAIN
+from curionav_cli.agents.elu import InPlace, elu_, elu_backward
 from curionav_cli.agents.lbs_dreamer.kernels.one_hot import columns_of, summed
 
 PART = 2500  # rows at a time
@@ -37,7 +37,8 @@ class MLP(nn.Module):
         sizes = [inputs] + [units] * layers
         self.layers = nn.ModuleList(nn.Linear(i, o) for i, o in pairwise(sizes))
         self.out = nn.Linear(units, outputs)
-        self.hot, self.elu = hot, PLAIN
+        self.hot = hot
+        self.elu: InPlace = elu_
 
     def forward(self, x: Tensor, ones: Tensor | None = None, known: Sequence[Tensor] = ()) -> Tensor:
         """Outputs for x. ones: see `activations`; known: what that returned for x with the same weights."""
@@ -63,9 +64,9 @@ class MLP(nn.Module):
         else:
             made = F.linear(x[..., self.hot:], first.weight[:, self.hot:], first.bias)
             made += summed(ones, self.columns() if columns is None else columns)
-        computed = [self.elu.forward(made)]
+        computed = [self.elu(made)]
         for layer in rest:
-            computed.append(self.elu.forward(layer(computed[-1])))
+            computed.append(self.elu(layer(computed[-1])))
         return [*computed, self.out(computed[-1])]
 
     @torch.no_grad()
@@ -77,17 +78,17 @@ class MLP(nn.Module):
         """The outputs that were computed, with a gradient to the weights."""
         every = [*cast(list[nn.Linear], self.layers), self.out]
         weights, biases = (part.weight for part in every), (part.bias for part in every)
-        return _Computed.apply(self.elu, x, len(every), *computed, *weights, *biases)
+        return _Computed.apply(x, len(every), *computed, *weights, *biases)
 
 
 class _Computed(torch.autograd.Function):
     """The last of the activations, with the gradient of all layers; products are made in the outputs' type."""
 
     @staticmethod
-    def forward(ctx, do, x, count, *tensors):
+    def forward(ctx, x, count, *tensors):
         computed, weights = tensors[:count], tensors[count:2 * count]
         ctx.save_for_backward(x, *computed[:-1], *weights)
-        ctx.do, ctx.count = do, count
+        ctx.count = count
         return computed[-1].clone()
 
     @staticmethod
@@ -98,5 +99,5 @@ class _Computed(torch.autograd.Function):
             to_weights.append((slope.t() @ given.to(slope.dtype)).to(weight.dtype))
             to_biases.append(slope.sum(0).to(weight.dtype))
             if given is not inputs[0]:
-                slope = ctx.do.backward(slope @ weight.to(slope.dtype), given)
-        return None, None, None, *[None] * ctx.count, *reversed(to_weights), *reversed(to_biases)
+                slope = elu_backward(slope @ weight.to(slope.dtype), given)
+        return None, None, *[None] * ctx.count, *reversed(to_weights), *reversed(to_biases)

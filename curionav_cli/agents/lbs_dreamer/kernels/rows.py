@@ -53,13 +53,6 @@ def elu_(x):
 
 
 @compiled
-def elu_backward(gradient, result, slope):
-    """slope (n,) = the gradient of elu's input, from that of its result and the result."""
-    for i in range(len(slope)):
-        slope[i] = gradient[i] * (result[i] + ONE) if result[i] <= ZERO else gradient[i]
-
-
-@compiled
 def add_elu(x, added):
     """x (B, U) = elu(x + added), in place; added (B, U)."""
     for row in range(len(x)):
@@ -106,15 +99,17 @@ def elu_beside(before, deter, joined):
 @compiled
 def add_columns(ones, table, bias, left, right):
     """left (B, V) = bias + sums of the rows `ones` (B, S) of table[:, :V], right (B, U) = those of table[:, V:]."""
-    units = left.shape[1]
+    units, width = left.shape[1], np.uint64(table.shape[1])  # unsigned, or the compiler adds one number at a time
+    flat, total = table.reshape(-1), np.empty(table.shape[1], np.float32)
     for row in range(len(ones)):
-        left[row], right[row] = bias, ZERO
+        total[:units] = bias
+        total[units:] = ZERO
         for latent in range(ones.shape[1]):
-            which = ones[row, latent]
-            for i in range(units):
-                left[row, i] += table[which, i]
-            for i in range(right.shape[1]):
-                right[row, i] += table[which, units + i]
+            first = np.uint64(ones[row, latent]) * width
+            for i in range(width):
+                total[i] += flat[first + i]
+        left[row] = total[:units]
+        right[row] = total[units:]
 
 
 @compiled

@@ -5,7 +5,7 @@ import torch
 
 pytest.importorskip("numba")
 
-from curionav_cli.agents.elu import PLAIN
+from curionav_cli.agents.elu import elu_
 from curionav_cli.agents.lbs_dreamer.behaviour import Behaviour
 from curionav_cli.agents.lbs_dreamer.compile import fuse_on, fuse_rows
 from curionav_cli.agents.lbs_dreamer.learner import Learner
@@ -69,18 +69,11 @@ def test_imagination_is_the_plain_one(latents, classes, layers):
 
 
 def test_an_elu_in_any_layout_is_torchs():
-    from curionav_cli.agents.lbs_dreamer.kernels.fused_elu import FUSED
+    from curionav_cli.agents.lbs_dreamer.kernels.fused_elu import fused_elu_
 
-    values = torch.cat([torch.linspace(-100, 30, 358), torch.tensor([torch.nan, torch.inf])])
-    image = values.view(2, 3, 5, 12)
-    for x in (values, image, image.to(memory_format=torch.channels_last), image.transpose(2, 3), values.double()):
-        slope = torch.linspace(-1, 2, x.numel()).view(x.shape).to(x.dtype)
-        results = []
-        for do in (PLAIN, FUSED):
-            made = do.forward(x.clone())
-            results.append((made, do.backward(slope, made), do.backward(torch.empty_like(x).copy_(slope), made)))
-        for one, other in zip(*results, strict=True):
-            torch.testing.assert_close(other, one, rtol=1e-6, atol=2e-7, equal_nan=True)
+    image = torch.cat([torch.linspace(-100, 30, 358), torch.tensor([torch.nan, torch.inf])]).view(2, 3, 5, 12)
+    for x in (image[0, 0], image, image.to(memory_format=torch.channels_last), image.transpose(2, 3), image.double()):
+        torch.testing.assert_close(fused_elu_(x.clone()), elu_(x.clone()), rtol=1e-6, atol=2e-7, equal_nan=True)
 
 
 def test_fused_updates_learn_what_plain_ones_do(tiny, networks, data):
