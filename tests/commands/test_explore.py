@@ -63,7 +63,7 @@ def test_off_a_terminal_there_is_one_plain_line_an_episode(cli: Cli) -> None:
     assert "run/figures/heatmap.png" in answer.out and "curionav" in answer.out
 
 
-@pytest.mark.parametrize("agent", ["random", "sticky", "bounce", "frontier"])
+@pytest.mark.parametrize("agent", ["random", pytest.param("sticky", marks=pytest.mark.slow), "bounce", "frontier"])
 def test_the_same_seed_gives_the_same_run(cli: Cli, tmp_path: Path, agent: str) -> None:
     for name, seed in (("one", 5), ("two", 5), ("other", 6)):
         assert cli("explore", *SHORT, f"agent={agent}", f"seed={seed}", f"hydra.run.dir={name}").code == 0
