@@ -123,7 +123,7 @@ def makes(words: list[str]) -> list[str]:
     """The folders that a line makes."""
     named = [word.partition("=")[2] for word in words
              if word.startswith(("hydra.run.dir=", "hydra.sweep.dir=", "out=", "pretrained="))]
-    beside = {"card": "card", "export": "bags"}.get(words[0], "")
+    beside = {"card": "card", "export": "bags", "init": "."}.get(words[0], "")
     return named or [f"{word.removesuffix('...')}/{beside}" for word in words[1:2] if beside]
 
 
