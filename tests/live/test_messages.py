@@ -11,6 +11,7 @@ import pytest
 
 from curionav_cli.live import contacts, images, messages
 from curionav_cli.live.safety import MessageFault
+from curionav_cli.live.travel import Travel
 
 
 def image_message(pixels: np.ndarray, encoding: str, padding: int = 0, **changes) -> dict:
@@ -160,6 +161,16 @@ def test_contacts_of_an_unknown_type_are_answered_with_those_that_are_known() ->
 ])
 def test_the_battery(kind: str, message: dict, share: float | None) -> None:
     assert contacts.charge(message, kind) == (None if share is None else pytest.approx(share))
+
+
+def test_a_gyro_whose_messages_come_irregularly_turns_as_far_as_the_robot() -> None:
+    """Bursts after a pause, as of a busy machine: the mean rate of each interval, some of them late or twice."""
+    travel, before = Travel(gyro=True), (10.0, 0.0)
+    for at, yaw in ((10.05, 0.0), (10.3, 0.5), (10.305, 0.52), (10.31, 0.9), (10.6, 1.0), (10.6, 7.0), (10.5, 7.0)):
+        rate = (yaw - before[1]) / max(at - before[0], 1e-3)
+        travel.add_gyro({"header": messages.stamp(at, 2), "angular_velocity": {"z": rate}})
+        before = max(before, (at, yaw)) if at > before[0] else before
+    assert travel.by_gyro == pytest.approx(1.0, abs=1e-6)
 
 
 @pytest.mark.parametrize("data", ["CAIQ", [8, 2, 16]])
