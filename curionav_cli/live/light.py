@@ -45,8 +45,8 @@ class Approaching:
         while base.clock.now() < began + seconds - 1e-6:
             base.pause()
         time = travel.now.stamp if travel.now else 0.0
-        return Reading(travel.forward - forward, travel.heading - heading, seconds, time,
-                       side_of(base.sensors.bumped()))
+        touched = side_of(base.sensors.bumped()) or ("centre" if base.charging else None)  # some have no bumper
+        return Reading(travel.forward - forward, travel.heading - heading, seconds, time, touched)
 
     def halt(self) -> None:
         self.base.halt()
