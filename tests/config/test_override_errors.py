@@ -51,7 +51,7 @@ TYPED = {
     "device=gpu": ["device: 'gpu' is not one of auto, cpu, cuda."],
     "compile=yes": ["compile: 'yes' is not one of auto, none, graph, fused."],
     "device=cpu compile=graph": ["compile=graph needs a CUDA device, and this run computes on the CPU."],
-    "loop=3": ["loop holds several settings: loop.steps, loop.iterations, loop.episodes, loop.replay_memory."],
+    "loop=3": ["loop holds several settings: loop.steps, loop.iterations, loop.episodes, loop.replay_memory, loop.replay_episodes, loop.keep."],
     "loop.stps=3": ["The settings have no key loop.stps. Did you mean loop.steps?"],
     "loop.steps=": ["loop.steps: '' is not a whole number."],
     "loop.steps=1.5": ["loop.steps: '1.5' is not a whole number."],
