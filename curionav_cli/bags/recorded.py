@@ -34,7 +34,8 @@ def episode(bag: Bag) -> Episode:
     if not np.isin(action, ACTIONS).all() or not np.isin(state[:, 3], (0.0, 1.0)).all():
         raise BagError(f"{bag.path}: an action that is none of 0, 1, 2, or a collision that is none of 0, 1.")
     return Episode(np.stack(image), action.astype(np.int64), state[:, :3].copy(), state[1:, 3] == 1.0,
-                   tuple(about.get("events", ())), estimate, about.get("dock"), np.stack(depth) if depth else None)
+                   tuple(about.get("events", ())), estimate, about.get("dock"),
+                   depth=np.stack(depth) if depth else None)
 
 
 def told(bag: Bag) -> dict[str, Any]:

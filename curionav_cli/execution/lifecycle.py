@@ -15,7 +15,7 @@ from curionav_cli.execution import precision
 from curionav_cli.execution.interrupts import ended, stoppable
 from curionav_cli.execution.progress import say
 from curionav_cli.files import read_json
-from curionav_cli.live.settings import LINK
+from curionav_cli.live.settings import LINK, Rosbridge
 from curionav_cli.records import FloorPlan
 from curionav_cli.storage import checkpoint, provenance
 from curionav_cli.storage.run_folder import RunFolder
@@ -123,7 +123,8 @@ def fixed_settings(settings: Config, plan: FloorPlan, loop: Sequence[str] = ()) 
     plain = plain_settings(settings)
     fixed = {key: plain[key] for key in ("env", "agent", "robot", "seed")}
     fixed["env"] = {key: value for key, value in plain["env"].items() if key not in FILES}
-    fixed["robot"] = {key: value for key, value in plain["robot"].items() if key not in LINK}
+    if isinstance(settings.robot, Rosbridge):
+        fixed["robot"] = {key: value for key, value in plain["robot"].items() if key not in LINK}
     bound = ("replay_episodes",) if settings.loop.replay_episodes is not None else ()
     fixed["loop"] = {key: plain["loop"][key] for key in (*loop, *bound)}
     fixed["visitable cells (sha256)"] = hashlib.sha256(plan.visitable.tobytes()).hexdigest()
