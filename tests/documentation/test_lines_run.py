@@ -73,6 +73,8 @@ def beside(cli: Cli, page: Path, prepared: Path, tmp_path: Path, monkeypatch: py
     if "SWEEP" in told:
         made(cli, prepared, "explore -m env=small_room agent=lbs_dreamer,random,bounce seed=range(2) "
                             "hydra.sweep.dir=outputs/DATE/SWEEP")
+    if "map outputs/DATE/RUN" in told:
+        made(cli, prepared, "explore env=small_room agent=mapper hydra.run.dir=outputs/DATE/MAPPED")
     if "EVALUATION" in told:
         made(cli, prepared, "evaluate outputs/DATE/RUN hydra.run.dir=outputs/DATE/EVALUATION")
     if "pretrained=apartments" in told:
@@ -107,6 +109,8 @@ def short(words: list[str], folder: Path) -> list[str]:
     if "--help" in words:
         return words
     command, *rest = words
+    if command == "map":  # of a run that made one
+        rest = [word.replace("outputs/DATE/RUN", "outputs/DATE/MAPPED") for word in rest]
     keys = {word.partition("=")[0] for word in rest}
     change = dict(SHORTENED.get(command, {}))
     if command == "resume":
