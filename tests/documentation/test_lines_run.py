@@ -117,6 +117,8 @@ def short(words: list[str], folder: Path) -> list[str]:
         change = {key: value for key, value in LONGER.items() if key in keys}
     if any(word.startswith("agent=sb3") for word in rest):
         del change["loop.steps"]  # rollouts of agent.unroll steps
+    if "agent.options=seven" in rest:
+        change["loop.steps"] = "340"  # a learner's sequences of options of up to 17 steps fit into it
     if "hydra/sweeper=optuna" in rest or "experiment=search" in rest:
         change["hydra.sweeper.n_trials"] = "2"
     return [command, *(word for word in rest if word.partition("=")[0] not in change),
