@@ -28,8 +28,8 @@ def run(folder: Path, port: int) -> int:
     except OSError as error:
         raise ConfigError(unusable(folder, port, error)) from error
     with closing(server.socket):
-        print(f"{watched.summary()}\n{server.url}   (Ctrl-C ends)", flush=True)
         try:
+            print(f"{watched.summary()}\n{server.url}   (Ctrl-C ends)", flush=True)
             server.serve_forever(poll_interval=0.2)
         except KeyboardInterrupt:
             print()

@@ -121,10 +121,9 @@ def test_ctrl_c_ends_it(sweep: Path) -> None:
         assert process.stdout is not None and process.stderr is not None
         assert process.stdout.readline() == "3 runs: 1 done, 1 failed, 1 waiting\n"
         url = process.stdout.readline().split()[0]
-        silent = socket.create_connection(("127.0.0.1", int(url.strip("/").rpartition(":")[2])))
-        process.send_signal(signal.SIGINT)
-        assert process.wait(20) == 0 and process.stderr.read() == ""
-        silent.close()
+        with socket.create_connection(("127.0.0.1", int(url.strip("/").rpartition(":")[2]))):  # which stays silent
+            process.send_signal(signal.SIGINT)
+            assert process.wait(20) == 0 and process.stderr.read() == ""
 
 
 @pytest.mark.browser
