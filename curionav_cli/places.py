@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 
 
@@ -11,6 +12,11 @@ def place(text: str | Path) -> Path:
         return Path(text).expanduser()
     except RuntimeError:  # ~name of no user is a name like any other
         return Path(text)
+
+
+def cache_dir(kind: str) -> Path:
+    """This user's cache folder for one kind of files, by the XDG rules."""
+    return place(os.environ.get("XDG_CACHE_HOME") or "~/.cache") / "curionav" / kind
 
 
 def conf_dir() -> Path:

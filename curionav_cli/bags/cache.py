@@ -16,6 +16,7 @@ from curionav_cli.bags import sandbox
 from curionav_cli.bags.source import Source
 from curionav_cli.errors import BagError
 from curionav_cli.files import file_name, read_json, write_bytes
+from curionav_cli.places import cache_dir
 
 RULES = 2  # raised when the same bag makes other episodes
 ENDINGS = (".mcap", ".bag", ".db3")
@@ -39,15 +40,10 @@ def is_bag(path: Path) -> bool:
 def converted(bags: Sequence[Path], sources: Sequence[Source]) -> Path:
     """The folder with the episodes of these bags. Raises BagError with a line for each bag that cannot be read."""
     told = json.dumps([RULES, [asdict(source) for source in sources], [[bag.name, checksum(bag)] for bag in bags]])
-    folder = home() / hashlib.sha256(told.encode()).hexdigest()[:20]
+    folder = cache_dir("bags") / hashlib.sha256(told.encode()).hexdigest()[:20]
     if not (folder / REPORT).is_file():
         make(bags, sources, folder)
     return folder
-
-
-def home() -> Path:
-    """The cache folder of this user."""
-    return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "curionav" / "bags"
 
 
 def make(bags: Sequence[Path], sources: Sequence[Source], folder: Path) -> None:

@@ -11,7 +11,6 @@ from __future__ import annotations
 
 import hashlib
 import math
-import os
 import shutil
 from pathlib import Path
 from typing import Any
@@ -20,7 +19,7 @@ from safetensors import safe_open
 
 from curionav_cli.errors import ConfigError, RunFolderError
 from curionav_cli.files import CRC32, read_json
-from curionav_cli.places import place
+from curionav_cli.places import cache_dir
 
 CARD, WEIGHTS = "card.json", "weights.safetensors"
 RECIPES = {"apartments": "make pretrained"}  # how a checkout makes them
@@ -68,7 +67,7 @@ def write_card(folder: Path, card: dict[str, Any], texts: dict[str, str], files:
 
 def cache() -> Path:
     """The user's folder of pretrained agents, by the XDG rules."""
-    return place(os.environ.get("XDG_CACHE_HOME") or "~/.cache") / "curionav" / "pretrained"
+    return cache_dir("pretrained")
 
 
 def pretrained(name: str) -> Path:

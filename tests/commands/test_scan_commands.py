@@ -12,7 +12,6 @@ from entry import Cli
 from curionav_cli.config.sources import conf_dir
 from curionav_cli.records import FloorPlan
 from curionav_cli.storage.run_folder import RunFolder
-from curionav_cli.world.scan import cache
 
 pytest.importorskip("trimesh", reason="the extra scan is not installed")
 pytest.importorskip("embreex", reason="the extra scan is not installed")
@@ -23,7 +22,7 @@ SHORT = ("loop.steps=20", "loop.iterations=0")
 
 @pytest.fixture(autouse=True)
 def kept(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    monkeypatch.setattr(cache, "home", lambda: tmp_path / "kept")
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "kept"))
 
 
 @pytest.fixture

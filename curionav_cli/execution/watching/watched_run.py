@@ -81,9 +81,8 @@ class WatchedRun:
         """Index and file of the newest prediction whose episode is stored."""
         index = self.status.get("episode", 0)
         for at in range(index, max(-1, index - 11), -1):
-            path = self.folder.path / "predictions" / f"{at:06d}.npz"
-            if at >= 0 and path.exists() and self.folder.episode_path(at).exists() and \
-                    shows(path, stamp(path)):
+            path = self.folder.prediction_path(at)
+            if at >= 0 and path.exists() and self.folder.episode_path(at).exists() and shows(path, stamp(path)):
                 return at, path
         return None
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import hashlib
 import json
-import os
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
@@ -12,7 +11,7 @@ import numpy as np
 
 from curionav_cli.errors import RunFolderError
 from curionav_cli.files import read_arrays, write_arrays
-from curionav_cli.places import place
+from curionav_cli.places import cache_dir
 from curionav_cli.world.scan.companions import companions
 from curionav_cli.world.scan.footing import Footing
 from curionav_cli.world.scan.limits import refuse_absent
@@ -32,7 +31,7 @@ FLOOR = ("supported", "solid", "clear", "fine")
 def surveyed(path: Path, env: Scan) -> tuple[Survey, Tracer, Texels]:
     """The survey of a file, from the cache where it is there and whole; also what draws it. Raises SceneError."""
     refuse_absent(path)
-    kept = home() / f"{key(path, env)}.npz"
+    kept = cache_dir("scans") / f"{key(path, env)}.npz"
     found = read(kept)
     if found:
         kept.touch()
@@ -44,11 +43,6 @@ def surveyed(path: Path, env: Scan) -> tuple[Survey, Tracer, Texels]:
         line = f"kept for the next run it could not be: {error}"
         return Survey(found.mesh, found.footing, found.corner, found.picture, (*found.about, line)), tracer, texels
     return found, tracer, texels
-
-
-def home() -> Path:
-    """The cache folder of this user."""
-    return place(os.environ.get("XDG_CACHE_HOME") or "~/.cache") / "curionav" / "scans"
 
 
 def key(path: Path, env: Scan) -> str:

@@ -6,11 +6,11 @@ from pathlib import Path
 
 import pytest
 
-from curionav_cli.world.scan import cache
+from curionav_cli.places import cache_dir
 
 
 @pytest.fixture(autouse=True)
 def kept(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Path:
     """The folder of the surveys that a test keeps."""
-    monkeypatch.setattr(cache, "home", lambda: tmp_path / "kept")
-    return tmp_path / "kept"
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "kept"))
+    return cache_dir("scans")

@@ -64,5 +64,5 @@ def test_the_newest_are_kept_and_an_unwritable_folder_is_told(tmp_path: Path, ke
     for radius in (0.1, 0.11, 0.12):
         scan(path, radius=radius)
     assert len(list(kept.iterdir())) == 2
-    monkeypatch.setattr(cache, "home", lambda: path / "below")
+    monkeypatch.setenv("XDG_CACHE_HOME", str(path / "below"))
     assert any("kept for the next run it could not be" in line for line in scan(path).view.about)
