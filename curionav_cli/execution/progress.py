@@ -114,10 +114,10 @@ class ExploreProgress:
     def learned(self, iteration: int) -> None:
         self.show(self.loop.steps, f"learning {iteration}/{self.loop.iterations}")
 
-    def episode_done(self, coverage: float | None, visited: int, total: int | None) -> None:
-        """Show that an episode and its learning are done."""
+    def episode_done(self, steps: int, coverage: float | None, visited: int, total: int | None) -> None:
+        """Show that an episode and its learning are done. steps: of the run so far."""
         episode, self.coverage = self.line.done + 1, reached(coverage, visited, total).partition(" (")[0]
-        self.line.finished(episode, f"episode {episode}/{self.loop.episodes}, {episode * self.loop.steps} steps, "
+        self.line.finished(episode, f"episode {episode}/{self.loop.episodes}, {steps} steps, "
                                     f"{self.rate:.0f} steps/s, {reached(coverage, visited, total)}")
         self.began = time.perf_counter()
         self.show(0, "done")
@@ -141,7 +141,7 @@ class ServeProgress:
     def learned(self, iteration: int) -> None:
         """Do nothing: the line is printed after the last iteration."""
 
-    def episode_done(self, coverage: float | None, visited: int, total: int | None) -> None:
+    def episode_done(self, steps: int, coverage: float | None, visited: int, total: int | None) -> None:
         """Print a line for an episode that was learned from."""
         self.done += 1
         print(f"{self.done} episode{'s' * (self.done != 1)} learned, {reached(coverage, visited, total)}",

@@ -11,7 +11,7 @@ from curionav_cli.agents.agent import Agent
 from curionav_cli.constants import FORWARD, LEFT, RIGHT
 from curionav_cli.execution.keeping import Keeping
 from curionav_cli.execution.probing import Prober
-from curionav_cli.execution.progress import ExploreProgress, ServeProgress, TrainProgress
+from curionav_cli.execution.progress import ExploreProgress, ServeProgress, TrainProgress, say
 from curionav_cli.geometry import wrapped
 from curionav_cli.loop import Callbacks
 from curionav_cli.records import Episode, Prediction
@@ -88,7 +88,10 @@ class Recorder(Keeper, Callbacks):
         explored = {"explored": True, "explored_at": int(metrics["explored"])} if "explored" in metrics else {}
         self.keep(index + 1, row, episode=index + 1, **counts, **explored)
         self.keeping.after(index + 1)
-        self.report.episode_done(self.coverage.share, self.coverage.visited, self.coverage.total)
+        for event in episode.events:
+            if event["what"] == "closed":
+                say(f"episode {index} was closed after {len(episode)} steps: {event['why']}")
+        self.report.episode_done(self.coverage.steps, self.coverage.share, self.coverage.visited, self.coverage.total)
 
 
 class TrainRecorder(Keeper):

@@ -25,9 +25,9 @@ def test_a_plain_line_tells_speed_coverage_and_time_left(
     clock[0] = 2.0
     report.acted(500)
     clock[0] = 60.0
-    report.episode_done(0.25, 25, 100)
+    report.episode_done(2471, 0.25, 25, 100)
     assert capsys.readouterr().out == (
-        "random seed 0: episode 5/10, 2500 steps, 250 steps/s, coverage 25.0% (25/100), 5 min 00 s left\n")
+        "random seed 0: episode 5/10, 2471 steps, 250 steps/s, coverage 25.0% (25/100), 5 min 00 s left\n")
 
 
 def test_a_training_tells_its_iterations(clock: list[float], capsys: pytest.CaptureFixture[str]) -> None:
@@ -55,7 +55,7 @@ def test_the_live_line_fits_eighty_columns_and_has_no_colour_if_none_is_wanted(
     clock[0] = 1.0
     report.acted(250)
     report.learned(40)
-    report.episode_done(0.5, 50, 100)
+    report.episode_done(1000, 0.5, 50, 100)
     report.line.close()
     lines = [line for line in screen.getvalue().splitlines() if "lbs_dreamer" in line]
     assert "coverage 50.0%" in lines[-1] and "steps/s" in lines[-1] and "left" in lines[-1]

@@ -101,10 +101,13 @@ def test_a_fault_closes_an_episode_and_the_run_goes_on(cli: Cli, robots: Robots)
         body.watch.append(lambda: body.time > 13.0 and body.silent.discard("image"))
 
     robots.before = falling_silent
-    assert cli("explore", *SMALL, *LIVE, "loop.episodes=2", "hydra.run.dir=run").code == 0
+    answer = cli("explore", *SMALL, *LIVE, "loop.episodes=2", "hydra.run.dir=run")
+    assert answer.code == 0
     first, second = [Episode.load(path) for path in RunFolder(Path("run")).episode_paths()]
     assert len(first) < 12 and len(second) == 12
     assert first.events[-1]["what"] == "closed" and "image" in first.events[-1]["why"]
+    assert f"episode 0 was closed after {len(first)} steps: {first.events[-1]['why']}\n" in answer.out
+    assert f"episode 2/2, {len(first) + 12} steps, " in answer.out
 
 
 def test_a_robot_that_stays_away_fails_the_run_which_can_be_resumed(cli: Cli, robots: Robots) -> None:
