@@ -2,7 +2,7 @@
 
     python benchmarks/simulator_turns.py OLD NEW PYTHON
 
-OLD, NEW: folders of checkouts; PYTHON: one that has the packages of benchmarks/simulator.py.
+OLD, NEW: folders of checkouts (from 60844e6 on); PYTHON: one that has the packages of benchmarks/simulator.py.
 
 One process a tree holds all its worlds; in every round each contender takes its turn of a few hundred steps, so that a
 machine that is shared slows all alike. `every picture new` forgets the pictures of the place before each step and

@@ -23,6 +23,7 @@ from curionav_cli.world.reward import Reward
 from curionav_cli.world.scene.scene import Scene
 
 Info = dict[str, Any]
+ALLOWED = frozenset((FORWARD, LEFT, RIGHT))
 
 
 class NavigationVectorEnv(gymnasium.vector.VectorEnv[Any, Any, Any]):
@@ -94,7 +95,7 @@ class NavigationVectorEnv(gymnasium.vector.VectorEnv[Any, Any, Any]):
     def step(self, actions: np.ndarray) -> tuple[Any, np.ndarray, np.ndarray, np.ndarray, Info]:
         self._started()
         actions = np.asarray(actions)
-        if actions.shape != (self.num_envs,) or not np.isin(actions, (0, 1, 2)).all():
+        if actions.shape != (self.num_envs,) or not ALLOWED.issuperset(actions.tolist()):
             raise ValueError(f"actions {actions!r} are not {self.num_envs} of 0 forward, 1 left, 2 right")
         again, over = self._over.copy(), np.zeros(self.num_envs, bool)  # again: only in NEXT_STEP
         changed, collided = self._act(actions, ~again)
