@@ -5,7 +5,7 @@
 
 CPU-milliseconds of `act` and `begin` a step, in turns: an episode of each row, then the next of each. Each row acts in
 a world of its own, with the weights that it begins with. No one learns; `curious_mapper` ascribes what its untrained
-model measures.
+model measures. Late in a run, where little is left: explorers_late.py.
 """
 
 from __future__ import annotations
@@ -44,6 +44,7 @@ class Acting:
         self.agent: Agent = build.agent(chosen, scene)
         self.env = NavigationEnv(scene, engine="numba")
         self.seen = self.env.reset(seed=0)
+        self.actions: list[int] = []  # of the last episode
 
     def episode(self) -> float:
         """Act for an episode; CPU-milliseconds a step."""
@@ -51,10 +52,12 @@ class Acting:
         spent = -time.process_time()
         self.agent.begin()
         spent += time.process_time()
+        self.actions = []
         for _ in range(STEPS):
             spent -= time.process_time()
             action = self.agent.act(observation, info)
             spent += time.process_time()
+            self.actions.append(action)
             observation, *_, info = self.env.step(action)
         self.seen = self.env.reset()
         return 1000 * spent / STEPS

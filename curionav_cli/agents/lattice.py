@@ -1,18 +1,31 @@
 """The poses that the three actions lead to, searched breadth-first: the fewest actions to one of some cells.
 
-A pose is a cell and one of 36 headings; of the poses that share both, the first one found stands for all.
+A pose is a cell and one of 36 headings; of the poses that share both, the first one found stands for all. A wave of the
+search is done by lattice_numpy.py, or by lattice_numba.py (`grower` says when): the same to the bit.
 """
 
 from __future__ import annotations
 
+import logging
 import math
+import sys
+from collections.abc import Callable, Generator
+from contextlib import closing
+from functools import cache
+from typing import ClassVar
 
+import cv2
 import numpy as np
 
-from curionav_cli.constants import FORWARD, HEADINGS, LEFT, RIGHT, STEP_LENGTH
-from curionav_cli.world.motion import COS, SIN, YAW, free_share
+from curionav_cli.agents import lattice_numpy
+from curionav_cli.constants import HEADINGS, STEP_LENGTH
+from curionav_cli.world.motion import COS, SIN, YAW, moved
+
+log = logging.getLogger("curionav")
 
 EXACT = 1e-9  # radians
+PAYS = 2_000_000  # poses; to load numba takes as long (0.9 CPU-s) as numpy takes for so many
+Links = list[tuple[np.ndarray, np.ndarray]]  # of each wave: (action, parent's row in the wave before)
 
 
 class Lattice:
@@ -21,10 +34,12 @@ class Lattice:
     further: (rows, columns), actions by which a cell of goal counts as further away than it is; 0 without it.
     turned: radians by which all headings differ from multiples of ten degrees, as those of a robot that drifts.
     reached: cells that the last search looked at, if it found nothing. seen: (rows * columns * HEADINGS,) bool, all
-    false, which a caller keeps for the next search; a fresh one costs a millisecond.
+    false, which a caller keeps for the next search; a fresh one costs a millisecond. searched: poses that were found by
+    this process so far.
     """
 
     reached = 0
+    searched: ClassVar[int] = 0
 
     def __init__(self, free: np.ndarray, goal: np.ndarray, cell: float, turned: float = 0.0,
                  seen: np.ndarray | None = None, further: np.ndarray | None = None):
@@ -32,87 +47,90 @@ class Lattice:
         self.further = np.zeros(goal.shape, np.int16) if further is None else further
         self.seen = np.zeros(free.size * HEADINGS, bool) if seen is None else seen
         exact = abs(turned) < EXACT
-        self.cosine: np.ndarray = COS if exact else np.cos(YAW + turned)
-        self.sine: np.ndarray = SIN if exact else np.sin(YAW + turned)
+        self.dx: np.ndarray = STEP_LENGTH * (COS if exact else np.cos(YAW + turned))
+        self.dy: np.ndarray = STEP_LENGTH * (SIN if exact else np.sin(YAW + turned))
 
     def clear(self, x: float, y: float, heading: int) -> bool:
         """Does a forward move pass through free cells only?"""
-        return bool(self.share(np.array([x]), np.array([y]), np.array([heading]))[0] == 1.0)
-
-    def share(self, x: np.ndarray, y: np.ndarray, heading: np.ndarray) -> np.ndarray:
-        """(n,) how much of forward moves stays on free cells."""
-        dx, dy = STEP_LENGTH * self.cosine[heading], STEP_LENGTH * self.sine[heading]
-        return free_share(self.free, self.cell, x, y, dx, dy)
+        return not moved(self.free, self.cell, x, y, float(self.dx[heading]), float(self.dy[heading]))[2]
 
     def search(self, x: float, y: float, heading: int) -> list[int]:
         """The shortest list of actions, with what `further` adds to it, that ends on a cell of `goal` other than by
-        staying; [] if there is none.
+        staying; [] if there is none."""
+        links: Links = []
+        best, least = (math.inf, 0, 0), -1
+        with closing(self.spread(x, y, heading, links)) as waves:
+            for cell in waves:
+                best = min(best, self._nearest(cell, len(links)))
+                if least < 0 and len(links) + 1 < best[0] < math.inf:
+                    least = self._least(x, y)
+                if len(links) + 1 + max(least, 0) >= best[0]:
+                    break
+        return trace(links[:best[1]], best[2])
 
-        A wave of poses (columns x, y, heading) grows by all three actions at once.
+    def spread(self, x: float, y: float, heading: int, links: Links) -> Generator[np.ndarray]:
+        """The cells (n,), flat indices, of poses that are one action away, two, ... from one; adds to `links`.
+
+        To be closed when enough was seen. If it ends by itself, `reached` is set.
         """
-        looked: list[np.ndarray] = []
+        pose, looked = np.array([[x, y, heading]], np.float64), []
+        place = lattice_numpy.places(pose, self.free.shape, self.cell)
+        self.reached, wave = 0, grower(Lattice.searched)
         try:
-            way = self._spread(np.array([[x, y, heading]]), looked)
-            self.reached = 0 if way or not looked else len(np.unique(np.concatenate(looked) // HEADINGS))
-            return way
+            while len(pose):
+                pose, place, action, parent = wave(pose, place, self.free, self.seen, self.cell, self.dx, self.dy)
+                looked.append(place)
+                links.append((action, parent))
+                yield place // HEADINGS
+            self.reached = int(self.seen.reshape(-1, HEADINGS).any(1).sum())
         finally:
             for place in looked:
                 self.seen[place] = False
+                Lattice.searched += len(place)
 
-    def _spread(self, pose: np.ndarray, looked: list[np.ndarray]) -> list[int]:
-        """The search from one pose (1, 3); adds the places of every wave to `looked`."""
-        waves: list[tuple[np.ndarray, np.ndarray]] = []  # (action, parent's row in the wave before)
-        best = (math.inf, 0, 0)
-        while len(pose) and len(waves) < best[0]:
-            pose, action, parent = self.grow(pose, self.seen)
-            place = self.places(pose)
-            fresh = np.flatnonzero(~self.seen[place])
-            _, first = np.unique(place[fresh], return_index=True)
-            first = fresh[np.sort(first)]
-            self.seen[place[first]] = True
-            looked.append(place[first])
-            waves.append((action[first], parent[first]))
-            pose, best = pose[first], min(best, self._nearest(place[first] // HEADINGS, len(waves)))
-        return trace(waves[:best[1]], best[2])
-
-    def _nearest(self, cell: np.ndarray, wave: int) -> tuple[float, int, int]:
+    def _nearest(self, cell: np.ndarray, actions: int) -> tuple[float, int, int]:
         """Of the cells (n,) of a wave the best goal: (actions with what is added, wave, row); infinite without one."""
         new = np.flatnonzero(self.goal.flat[cell])
         if not len(new):
             return math.inf, 0, 0
-        cost = wave + self.further.flat[cell[new]]
+        cost = actions + self.further.flat[cell[new]]
         row = int(cost.argmin())
-        return float(cost[row]), wave, int(new[row])
+        return float(cost[row]), actions, int(new[row])
 
-    def places(self, pose: np.ndarray) -> np.ndarray:
-        """One number for the cell and heading of each pose; poses outside are clipped to the border."""
-        rows, columns = self.free.shape
-        row = np.clip(np.floor(pose[:, 1] / self.cell).astype(np.int64), 0, rows - 1)
-        column = np.clip(np.floor(pose[:, 0] / self.cell).astype(np.int64), 0, columns - 1)
-        return (row * columns + column) * HEADINGS + pose[:, 2].astype(np.int64)
-
-    def grow(self, pose: np.ndarray, seen: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """All poses one action further, with the action and the row they came from.
-
-        A move ahead is looked at closely only where it leads to a free place that was not `seen` yet.
-        """
-        x, y, heading = pose[:, 0], pose[:, 1], pose[:, 2].astype(np.int64)
-        ahead = np.stack([x + STEP_LENGTH * self.cosine[heading], y + STEP_LENGTH * self.sine[heading], heading], 1)
-        place = self.places(ahead)
-        clear = np.flatnonzero(~seen[place] & self.free.flat[place // HEADINGS])
-        clear = clear[self.share(x[clear], y[clear], heading[clear]) == 1.0]
-        ahead = ahead[clear]
-        left = np.stack([x, y, (heading + 1) % HEADINGS], 1)
-        right = np.stack([x, y, (heading - 1) % HEADINGS], 1)
-        rows = np.arange(len(pose))
-        action = np.repeat([FORWARD, LEFT, RIGHT], [len(clear), len(pose), len(pose)])
-        return np.concatenate([ahead, left, right]), action, np.concatenate([clear, rows, rows])
+    def _least(self, x: float, y: float) -> int:
+        """The least that `further` adds to a cell of `goal` that hangs together with (x, y): a bound on all that the
+        search can find."""
+        at = lattice_numpy.places(np.array([[x, y, 0.0]]), self.free.shape, self.cell)[0] // HEADINGS
+        passable = self.free.astype(np.uint8)
+        passable.flat[at] = 1
+        _, label = cv2.connectedComponents(passable, connectivity=8)
+        return int(self.further[self.goal & (label == label.flat[at])].min(initial=np.iinfo(np.int16).max))
 
 
-def trace(waves: list[tuple[np.ndarray, np.ndarray]], row: int) -> list[int]:
+def grower(searched: int) -> Callable[..., lattice_numpy.Found]:
+    """What does a wave, once this process has found so many poses.
+
+    numba's code where it is installed (the extra `fast`) and either loaded already, as by env.engine=numba, or worth
+    loading; else numpy's.
+    """
+    return _compiled() if searched > PAYS or "numba" in sys.modules else lattice_numpy.wave
+
+
+@cache
+def _compiled() -> Callable[..., lattice_numpy.Found]:
+    try:
+        from curionav_cli.agents.lattice_numba import wave
+    except ImportError:
+        log.info("Ways are searched by numpy. The extra `fast` chooses the same ones in a quarter of the time.")
+        return lattice_numpy.wave
+    log.info("Ways are searched by numba from here on, which chooses the same ones as numpy.")
+    return wave
+
+
+def trace(links: Links, row: int) -> list[int]:
     """Walk back from a row of the last wave to the start; the actions in the order to take them."""
     actions = []
-    for action, parent in reversed(waves):
+    for action, parent in reversed(links):
         actions.append(int(action[row]))
         row = int(parent[row])
     return actions[::-1]

@@ -6,11 +6,12 @@ for patches. It falls with n, so that the search ends as soon as no place furthe
 
 from __future__ import annotations
 
+from contextlib import closing
+
 import cv2
 import numpy as np
 
-from curionav_cli.agents.lattice import Lattice, trace
-from curionav_cli.constants import HEADINGS
+from curionav_cli.agents.lattice import Lattice, Links, trace
 
 
 def best_way(lattice: Lattice, x: float, y: float, heading: int, worth: np.ndarray, stay: float) -> list[int]:
@@ -18,22 +19,16 @@ def best_way(lattice: Lattice, x: float, y: float, heading: int, worth: np.ndarr
 
     worth: (rows, columns) float32, zero or more; lattice.goal is not looked at.
     """
-    most = float(worth.max(initial=0.0))
-    pose, seen = np.array([[x, y, heading]]), np.zeros(lattice.free.size * HEADINGS, bool)
-    waves: list[tuple[np.ndarray, np.ndarray]] = []
-    best, chosen = 0.0, (0, 0)
-    while len(pose) and most / (len(waves) + 1 + stay) > best:
-        pose, action, parent = lattice.grow(pose, seen)
-        place = lattice.places(pose)
-        fresh = np.flatnonzero(~seen[place])
-        _, first = np.unique(place[fresh], return_index=True)
-        first = fresh[np.sort(first)]
-        seen[place[first]] = True
-        waves.append((action[first], parent[first]))
-        pose, value = pose[first], worth.flat[place[first] // HEADINGS]
-        if value.max(initial=0.0) / (len(waves) + stay) > best:
-            best, chosen = float(value.max()) / (len(waves) + stay), (len(waves), int(value.argmax()))
-    return trace(waves[:chosen[0]], chosen[1]) if best else []
+    most, best, chosen = float(worth.max(initial=0.0)), 0.0, (0, 0)
+    links: Links = []
+    with closing(lattice.spread(x, y, heading, links)) as waves:
+        for cell in waves:
+            value = worth.flat[cell]
+            if value.max(initial=0.0) / (len(links) + stay) > best:
+                best, chosen = float(value.max()) / (len(links) + stay), (len(links), int(value.argmax()))
+            if most / (len(links) + 1 + stay) <= best:
+                break
+    return trace(links[:chosen[0]], chosen[1]) if best else []
 
 
 def within_reach(free: np.ndarray, known: np.ndarray, row: int, column: int, near: int) -> np.ndarray:
