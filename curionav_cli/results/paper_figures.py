@@ -16,7 +16,7 @@ from matplotlib.ticker import EngFormatter
 from curionav_cli.files import file_name
 from curionav_cli.results import panels, plots
 from curionav_cli.results.comparison.run_summaries import RunSummary
-from curionav_cli.results.lettering import columns_for, wrapped
+from curionav_cli.results.lettering import LINE, columns_for, wrapped
 from curionav_cli.results.paper_lengths import APARTMENTS, UNTIL, Drawn
 from curionav_cli.results.plots import MAXIMUM, Look
 from curionav_cli.results.runs import Run
@@ -63,34 +63,36 @@ def curves(runs: Sequence[Drawn], look: dict[str, Look]) -> Figure:
     """Draw a panel for each environment, and one of the mean share over them where there are several scenes."""
     envs, several = list(dict.fromkeys(one.env for one in runs)), len({one.scene for one in runs}) > 1
     count = len(envs) + several
-    wide = max(5.6, 0.6 + 3.3 * min(count, 4))
-    figure = Figure((wide, 0.9 + 3.1 * -(-count // 4)), layout="constrained")
-    all_axes = list(figure.subplots(-(-count // 4), min(count, 4), squeeze=False).flat)
+    across, down = min(count, 4), -(-count // 4)
+    figure = Figure((max(5.6, 0.6 + 3.3 * across), 1.0), layout="constrained")
+    all_axes = list(figure.subplots(down, across, squeeze=False).flat)
+    lines = 0
     for letter, axes, env in zip("abcdefgh", all_axes, envs):
-        here = [one for one in runs if one.env == env]
-        draw_cells(axes, here, look, 3.0 if count > 1 else 4.8)
+        words = wrapped(cut_short(here := [one for one in runs if one.env == env]), 3.0 if count > 1 else 4.8)
+        draw_cells(axes, here, look, words)
         axes.set_title(wrapped(f"{letter}  {env}", 2.6), loc="left")
+        lines = max(lines, 1 + words.count("\n"))
     if several:
         draw_mean(all_axes[len(envs)], runs, envs, look)
         all_axes[len(envs)].set_title(f"{'abcdefgh'[len(envs)]}  over all runs", loc="left")
     for axes in all_axes[count:]:
         axes.set_axis_off()
     handles = {label: line for axes in all_axes for line, label in zip(*axes.get_legend_handles_labels())}
-    figure.legend(list(handles.values()), list(handles), loc="outside lower center",
-                  ncols=columns_for(figure, list(handles)))
+    columns = columns_for(figure, list(handles))
+    figure.legend(list(handles.values()), list(handles), loc="outside lower center", ncols=columns)
     words = "mean and range of the runs of an arm up to the end of the shortest; dots: where runs end"
-    figure.suptitle(wrapped(words, wide - 0.4), fontsize=9)
+    figure.suptitle(wrapped(words, figure.get_figwidth() - 0.4), fontsize=9)
+    figure.set_figheight(0.5 + (3.0 + LINE * lines) * down + LINE * -(-len(handles) // columns))
     return figure
 
 
-def draw_cells(axes: Axes, runs: Sequence[Drawn], look: dict[str, Look], wide: float) -> None:
-    """Draw visited cells and their share over the paper's steps; the number of cells is dotted. wide: inches for words.
-    """
+def draw_cells(axes: Axes, runs: Sequence[Drawn], look: dict[str, Look], words: str) -> None:
+    """Draw visited cells and their share over the paper's steps; the number of cells is dotted. words: below them."""
     cells = runs[0].run.curve.cells
     for arm in dict.fromkeys(one.arm for one in runs):
         draw_arm(axes, arm, [one.run for one in runs if one.arm == arm], look[arm])
     until = UNTIL.get(runs[0].scene, max(one.run.steps for one in runs))
-    axes.set(xlabel=wrapped(f"steps{cut_short(runs)}", wide), ylabel=f"visited of {cells:,} cells", xlim=(0, until))
+    axes.set(xlabel=f"steps\n{words}".strip(), ylabel=f"visited of {cells:,} cells", xlim=(0, until))
     axes.xaxis.set_major_formatter(EngFormatter(sep=""))
     plots.draw_total(axes, cells, "visitable")
 
@@ -108,11 +110,16 @@ def draw_arm(axes: Axes, arm: str, runs: Sequence[RunSummary], look: Look) -> No
 
 
 def cut_short(runs: Sequence[Drawn]) -> str:
-    """In words, which arms end before the paper's curve does."""
-    short = {one.arm: min(other.run.steps for other in runs if other.arm == one.arm)
-             for one in runs if one.planned and one.run.steps < one.planned}
-    words = [f"{arm} ends at {EngFormatter(sep='')(steps)}" for arm, steps in short.items()]
-    return f"\n{'; '.join(words)}" if words else ""
+    """In words, which arms have a run that ends before the paper's curve does, and where the shortest does."""
+    ends: dict[int, list[str]] = {}
+    arms = dict.fromkeys(one.arm for one in runs)
+    for arm in arms:
+        short = [one.run.steps for one in runs if one.arm == arm and one.planned and one.run.steps < one.planned]
+        if short:
+            ends.setdefault(min(short), []).append(arm)
+    names = {steps: ", ".join(same) if len(same) < len(arms) or len(arms) == 1 else "all arms"
+             for steps, same in ends.items()}
+    return "; ".join(f"{name} until {EngFormatter(sep='')(steps)}" for steps, name in names.items())
 
 
 def draw_mean(axes: Axes, runs: Sequence[Drawn], envs: Sequence[str], look: dict[str, Look]) -> None:

@@ -108,12 +108,13 @@ def disk(folder: Path) -> int:
 
 def commits(provenance: dict[str, Any]) -> str | None:
     """The commit that began a run, and every other that went on with it and from where; None where none was noted."""
-    last, words = provenance.get("git_commit"), []
+    last = first = provenance.get("git_commit")
+    words = []
     for line in provenance.get("resumed", ()):
         if line["git_commit"] != last:
             last = line["git_commit"]
             words.append(f"{brief(last)} from episode {line.get('episode', '?')}")
-    return ", ".join([brief(provenance.get("git_commit")), *words]) if last else None
+    return ", ".join([brief(first), *words]) if first or words else None
 
 
 def brief(commit: str | None) -> str:

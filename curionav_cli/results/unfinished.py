@@ -29,8 +29,8 @@ class Bounds(NamedTuple):
     high: float
 
     def less(self, other: Bounds) -> Bounds:
-        """Bounds of the difference of two numbers."""
-        return Bounds(self.low - other.high, self.high - other.low)
+        """Bounds of the difference of two shares."""
+        return Bounds(round(self.low - other.high, 12), round(self.high - other.low, 12))
 
     def verdict(self, least: float, most: float = np.inf) -> str:
         """Whether the number is within least and most."""
