@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
 from rich.console import Console
@@ -11,7 +12,16 @@ from curionav_cli.commands.coverage import opened
 from curionav_cli.commands.summary import print_columns, print_files, write_text
 from curionav_cli.errors import ConfigError
 from curionav_cli.files import file_name
-from curionav_cli.results import change_plots, changes, paper_figures, paper_lengths, plots, tables, verdicts
+from curionav_cli.results import (
+    change_pairs,
+    change_plots,
+    changes,
+    paper_figures,
+    paper_lengths,
+    plots,
+    tables,
+    verdicts,
+)
 from curionav_cli.results.comparison.comparison import TWICE, compare
 from curionav_cli.results.comparison.parallel import jobs_in, read_all
 from curionav_cli.results.comparison.tables import Table
@@ -84,7 +94,7 @@ def effects(folders: Sequence[Path], out: Path) -> tuple[list[str], list[Table],
     if not runs:
         raise ConfigError("\n".join([*lost, NAME_RUNS.format("changes")]))
     distinguish(runs)
-    found, alone = changes.pairs(runs)
+    found, alone = changes.pairs([replace(run, denominator="floor") for run in runs])
     if not found:
         raise ConfigError("\n".join([*lost, *alone, "Nothing moved in any of these runs. Give one with "
                                                     "env.changes=true, of a world in which things move."]))
@@ -93,7 +103,9 @@ def effects(folders: Sequence[Path], out: Path) -> tuple[list[str], list[Table],
         here = [one for one in found if one.run.config["env"]["name"] == scene]
         made.append(f"changes_{file_name(scene)}.png")
         plots.save(change_plots.figure(here, scene), out / made[-1])
-    parts = [Table("changes", changes.BELOW, changes.COLUMNS, [changes.summary(one) for one in found]),
+    parts = [Table("change_pairs", change_pairs.BELOW, tables.known(change_pairs.COLUMNS, rows := change_pairs.rows(
+                 found)), rows),
+             Table("changes", changes.BELOW, changes.COLUMNS, [changes.summary(one) for one in found]),
              Table("surprise_by_age", "Surprise near what moved, by the age of the move.", changes.AGE_COLUMNS,
                    [row for one in found for row in changes.age_rows(one)])]
     return made, [part for part in parts if part.rows], [*alone, *lost]

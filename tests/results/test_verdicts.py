@@ -66,7 +66,8 @@ def test_all_three_arms_of_cbet_count_and_only_with_their_own_reward(monkeypatch
 
 
 def test_ours_and_its_control_are_compared_at_equal_steps(monkeypatch):
-    runs = [a_run("large_lab", 0.5, 40_000, **{"agent.curiosity": "lbs"}), a_run("large_lab", 0.1, 600_000, 0, "bounce"),
+    runs = [a_run("large_lab", 0.5, 40_000, **{"agent.curiosity": "lbs"}),
+            a_run("large_lab", 0.1, 600_000, 0, "bounce"),
             a_run("large_lab", 0.2, 20_000, **{"agent.curiosity": "shuffled"})]
     rows = verdicts.against(drawn(compare(runs)))
     assert [(row["minus"], row["steps"]) for row in rows] == [
