@@ -24,7 +24,7 @@ COLUMNS: Columns = (
     ("on less off", "fresh", "{:+.2f}"), ("does change cost coverage", "cost", "{}"))
 BELOW = (
     "Runs with changes (on) less those of the same agent and seed without (off), up to the end of the shorter one; "
-    "means over pairs, differences with 95 % t intervals. off is asked about the places where things stand with changes on. "
+    "means over pairs, differences with 95 % t intervals. off is asked about the places where things stand in on. "
     f"Change costs coverage where the interval lies below zero, and does not where it lies within {COST:g} points.")
 
 

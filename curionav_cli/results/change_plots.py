@@ -40,6 +40,7 @@ def figure(runs: Sequence[Seen], env: str) -> Figure:
                               (right, "c  surprise there", "episodes since the move", "KL over KL elsewhere")):
         axes.set_title(title, loc="left")
         axes.set(xlabel=x, ylabel=y, ylim=(0, None))
+    right.set_xlim(-0.5, max([1, *(age for one in runs for here in one.kl.values() for age in here)]) + 0.5)
     right.xaxis.set_major_locator(MaxNLocator(integer=True))
     for axes in (left, middle):
         axes.xaxis.set_major_formatter(EngFormatter(sep=""))

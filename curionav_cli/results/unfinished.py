@@ -82,10 +82,11 @@ def near_dock(runs: Runs, steps: int) -> tuple[float, Bounds]:
     """
     ahead = sum(steps if run is None else max(0, steps - run.steps) for run in runs.values())
     counts = np.array([visits(run) for run in given(runs).values()] or [(0, 1, 0, 1)], float)
-    near, far = counts[:, 0].sum() / counts[0, 1], counts[:, 2].sum() / counts[0, 3]
+    near_cells, far_cells = counts[0, 1::2].clip(1)
+    near, far = counts[:, 0].sum() / near_cells, counts[:, 2].sum() / far_cells
     with np.errstate(divide="ignore", invalid="ignore"):
-        now, low, high = np.array([near, near, near + 2 * ahead / counts[0, 1]]) / np.array(
-            [far, far + ahead / counts[0, 3], far])
+        now, low, high = np.array([near, near, near + 2 * ahead / near_cells]) / np.array(
+            [far, far + ahead / far_cells, far])
     return float(now), Bounds(float(low), float(high))
 
 
