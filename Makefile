@@ -224,6 +224,7 @@ paper-length: $(LENGTHS:%=$(LENGTH)/%/.done) paper-length-figures
 # Of the runs that there are, also while they go on.
 paper-length-figures: | $(READY)
 	$(CURIONAV) paper figures $(LENGTH)/* out=$(LENGTH)_figures
+	$(CURIONAV) paper changes $(LENGTH)/lab* out=$(LENGTH)_changes
 
 # About 3.8 MB. Time at SCALE=cpu: docs/card.md.
 pretrained: $(READY)

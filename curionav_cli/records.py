@@ -74,6 +74,11 @@ class FloorPlan:
         column = np.floor(np.asarray(x) / self.cell).astype(np.int64)
         return np.clip(row, 0, rows - 1), np.clip(column, 0, columns - 1)
 
+    def away(self, place: Pose) -> np.ndarray:
+        """Distance (rows, columns) of the centre of every cell from a place, metres as the crow flies."""
+        row, column = np.indices(self.visitable.shape)
+        return np.hypot((column + 0.5) * self.cell - place.x, (row + 0.5) * self.cell - place.y)
+
     def save(self, path: Path) -> None:
         """Write the plan as npz, whole or absent."""
         numbers = {

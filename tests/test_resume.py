@@ -83,10 +83,13 @@ def test_a_finished_run_returns_at_once_and_more_episodes_go_on_from_it(tmp_path
     assert again.returncode == 0 and "2/2" not in again.stdout
     assert {path: path.stat().st_mtime_ns for path in before if path.suffix == ".npz"} == \
         {path: time for path, time in before.items() if path.suffix == ".npz"}
+    assert "resumed" not in read_json(run / "run.json")
     longer = warm("resume", str(run), "loop.episodes=4")
     assert longer.returncode == 0, longer.stderr
     ours = leftovers(run)
     assert [name for name in ours if ours[name] != undisturbed[name]] == []
+    [resumed] = (about := read_json(run / "run.json"))["resumed"]
+    assert resumed["episode"] == 2 and resumed["git_commit"] == about["git_commit"] and "numpy" not in resumed
 
 
 @pytest.fixture(scope="module")

@@ -17,7 +17,7 @@ from curionav_cli.errors import ConfigError
 from curionav_cli.execution.screen import a_console
 from curionav_cli.files import folder_for
 from curionav_cli.records import FloorPlan
-from curionav_cli.results import paper, tables
+from curionav_cli.results import paper, paper_lengths, tables
 from curionav_cli.results.comparison import estimates
 from curionav_cli.results.comparison.comparison import Comparison
 from curionav_cli.results.comparison.comparison import compare as compared
@@ -121,6 +121,7 @@ def numbers(folders: Sequence[Path]) -> tuple[list[Table], list[str]]:
              "docking": paper.docking(runs, trials)}
     rows: dict[str, list[Row]] = {name: [number._asdict() for number in found] for name, found in parts.items()}
     shown = [Table(name, TITLES[name], paper.COLUMNS, found) for name, found in rows.items() if found]
+    shown += [part for part in paper_runs.claims(paper_lengths.drawn(comparison)) if runs and part.rows]
     notes = [*estimates.notes(comparison, None), *lost] if runs else [*lost, "No run was given, so that nothing is "
                                                                        "said about coverage and docking."]
     return [hyperparameters(), *shown], notes

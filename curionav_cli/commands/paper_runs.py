@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
 from rich.console import Console
@@ -11,13 +12,29 @@ from curionav_cli.commands.coverage import opened
 from curionav_cli.commands.summary import print_columns, print_files, write_text
 from curionav_cli.errors import ConfigError
 from curionav_cli.files import file_name
-from curionav_cli.results import change_plots, changes, paper_figures, plots, tables
-from curionav_cli.results.comparison.comparison import compare
-from curionav_cli.results.comparison.parallel import read_all
+from curionav_cli.results import (
+    change_pairs,
+    change_plots,
+    changes,
+    paper_figures,
+    paper_lengths,
+    plots,
+    tables,
+    verdicts,
+)
+from curionav_cli.results.comparison.comparison import TWICE, compare
+from curionav_cli.results.comparison.parallel import jobs_in, read_all
 from curionav_cli.results.comparison.tables import Table
+from curionav_cli.results.paper_lengths import Drawn
 from curionav_cli.results.runs import distinguish
+from curionav_cli.results.tables import Row
 
 NAME_RUNS = "There is no run to read. Name folders of runs or sweeps, as in: curionav paper {} outputs/DATE/SWEEP"
+
+VERDICTS = (
+    "The paper's claims by the rules of docs/paper-length.md: our numbers up to where the runs go, and a verdict; not "
+    "decided where what is missing of the declared runs could still change it. Of these runs alone: where it would be "
+    "another one had no other run been declared.")
 
 
 def run(what: str, folders: Sequence[Path], out: Path, console: Console) -> int:
@@ -34,20 +51,41 @@ def run(what: str, folders: Sequence[Path], out: Path, console: Console) -> int:
 
 
 def figures(folders: Sequence[Path], out: Path) -> tuple[list[str], list[Table], list[str]]:
-    """The paper's figures of coverage, a table of the runs, and a line about each run that cannot be shown."""
+    """The paper's figures of coverage, its claims with their verdicts, what each run covered and cost, and a line about
+    each run that cannot be shown."""
     runs, lost = read_all(folders, "landing", "visitable")
     if not runs:
         raise ConfigError("\n".join([*lost, NAME_RUNS.format("figures")]))
     comparison = compare(runs)
-    shown, made = paper_figures.drawn(comparison), []
-    for name, figure in paper_figures.figures(shown, plots.looks(comparison.arms)):
+    shown, made = paper_lengths.drawn(comparison), []
+    for name, figure in paper_figures.figures(shown, plots.looks({one.arm: one.run.agent for one in shown})):
         plots.save(figure, out / f"{name}.png")
         made.append(f"{name}.png")
-    rows = paper_figures.rows(shown)
+    everyone, read = paper_lengths.named(comparison), {run.folder.resolve() for run in runs}
+    rows = [*paper_lengths.rows(everyone),
+            *paper_lengths.begun_only([job for whole, job in jobs_in(folders)[0].items() if whole not in read])]
     unfinished = [f"Not finished ({row['state']}): {row['env']}, {row['arm']}, seed {row['seed']}, {row['steps']:,} "
                   "steps; its curve ends there." for row in rows if row["state"] != "done"]
-    return made, [Table("runs", "One row a run; the paper's: steps at which its curve ends.", paper_figures.COLUMNS,
-                        rows)], [*unfinished, *lost]
+    second = [f"Not drawn: {run.folder}, {reason}." for run, reason in comparison.left_out.items()
+              if TWICE in reason]
+    return made, [part for part in (*claims(shown), *tables_of(everyone, rows)) if part.rows], [
+        *unfinished, *second, *lost]
+
+
+def claims(shown: Sequence[Drawn]) -> list[Table]:
+    """Tables of verdicts, and of differences at equal steps."""
+    return [Table("verdicts", VERDICTS, verdicts.COLUMNS, verdicts.rows(shown)),
+            Table("against", "Ours beside what does not learn and beside its control, at equal steps; means of runs.",
+                  verdicts.AGAINST_COLUMNS, verdicts.against(shown))]
+
+
+def tables_of(everyone: Sequence[Drawn], rows: Sequence[Row]) -> list[Table]:
+    """Tables of coverage at the reported steps, and of the runs themselves."""
+    columns = tables.known(paper_lengths.COVERAGE_COLUMNS, covered := paper_lengths.coverages(everyone))
+    return [Table("coverage", "Coverage after these steps, and area under the curve up to the end of each run.",
+                  columns, covered),
+            Table("runs", "One row a run; the paper's: steps at which its curve ends.",
+                  tables.known(paper_lengths.RUN_COLUMNS, rows), rows)]
 
 
 def effects(folders: Sequence[Path], out: Path) -> tuple[list[str], list[Table], list[str]]:
@@ -56,7 +94,7 @@ def effects(folders: Sequence[Path], out: Path) -> tuple[list[str], list[Table],
     if not runs:
         raise ConfigError("\n".join([*lost, NAME_RUNS.format("changes")]))
     distinguish(runs)
-    found, alone = changes.pairs(runs)
+    found, alone = changes.pairs([replace(run, denominator="floor") for run in runs])
     if not found:
         raise ConfigError("\n".join([*lost, *alone, "Nothing moved in any of these runs. Give one with "
                                                     "env.changes=true, of a world in which things move."]))
@@ -65,7 +103,9 @@ def effects(folders: Sequence[Path], out: Path) -> tuple[list[str], list[Table],
         here = [one for one in found if one.run.config["env"]["name"] == scene]
         made.append(f"changes_{file_name(scene)}.png")
         plots.save(change_plots.figure(here, scene), out / made[-1])
-    parts = [Table("changes", changes.BELOW, changes.COLUMNS, [changes.summary(one) for one in found]),
+    parts = [Table("change_pairs", change_pairs.BELOW, tables.known(change_pairs.COLUMNS, rows := change_pairs.rows(
+                 found)), rows),
+             Table("changes", changes.BELOW, changes.COLUMNS, [changes.summary(one) for one in found]),
              Table("surprise_by_age", "Surprise near what moved, by the age of the move.", changes.AGE_COLUMNS,
                    [row for one in found for row in changes.age_rows(one)])]
     return made, [part for part in parts if part.rows], [*alone, *lost]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import json
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, Protocol
@@ -111,10 +112,12 @@ def newest(task: Task) -> tuple[int, Path] | None:
 def continue_run(task: Task, agent: Agent, saved: tuple[int, Path] | None) -> None:
     """Rewind the run folder and the agent to the checkpoint, or to the start."""
     done, folder = saved or (0, None)
+    about = provenance.resumed(read_json(task.run.path / "run.json"), task.key, done)
     task.rewind(done)
     if folder:
         agent.load(folder)
     say(f"{task.run.path}: goes on after {done} finished {task.unit}{'' if done == 1 else 's'}")
+    task.run.write("run.json", json.dumps(about, indent=2))
     task.run.write("config.yaml", settings_yaml(task.settings))  # the run may have been made longer
 
 

@@ -23,19 +23,24 @@ def figure(runs: Sequence[Seen], env: str) -> Figure:
     """Draw coverage, the share of steps near what just moved, and relative surprise by age; a line for each run."""
     drawn = Figure((9.6, 3.6), layout="constrained")
     left, middle, right = drawn.subplots(1, 3)
-    for one, (name, look) in zip(runs, looks(runs).items(), strict=True):
-        curve = one.run.curve
+    names, named = arms(runs), set[str]()
+    chosen = looks(runs, names)
+    for one, name in zip(runs, names):
+        curve, look = one.run.curve, chosen[name]
         left.plot([0, *curve.found, curve.steps], [0, *(100 * curve.at(curve.found) / curve.cells),
-                                                   100 * len(curve.found) / curve.cells], **styled(look), label=name)
+                                                   100 * len(curve.found) / curve.cells], **styled(look),
+                  label=None if name in named else name)
+        named.add(name)
         middle.plot(*near(one), **styled(look))
         by_age(right, one, look)
     right.axhline(1.0, color=GREY, linestyle=":", linewidth=1.0)
-    for axes, title, x, y in ((left, "a  coverage", "steps", "share of the cells (%)"),
+    for axes, title, x, y in ((left, "a  coverage", "steps", "share of the floor's cells (%)"),
                               (middle, f"b  within {changes.NEAR:g} m of what just moved", "steps",
                                "share of steps (%)"),
                               (right, "c  surprise there", "episodes since the move", "KL over KL elsewhere")):
         axes.set_title(title, loc="left")
         axes.set(xlabel=x, ylabel=y, ylim=(0, None))
+    right.set_xlim(-0.5, max([1, *(age for one in runs for here in one.kl.values() for age in here)]) + 0.5)
     right.xaxis.set_major_locator(MaxNLocator(integer=True))
     for axes in (left, middle):
         axes.xaxis.set_major_formatter(EngFormatter(sep=""))
@@ -46,14 +51,21 @@ def figure(runs: Sequence[Seen], env: str) -> Figure:
     return drawn
 
 
-def looks(runs: Sequence[Seen]) -> dict[str, Look]:
-    """A look for each run, by its name."""
+def arms(runs: Sequence[Seen]) -> list[str]:
+    """A name for each run, the same for runs that differ in their seed only."""
+    named = [(one.run.agent, "with" if one.changing else "without") for one in runs]
+    seeds = {name: sorted({str(one.run.seed) for one, other in zip(runs, named) if other == name}) for name in named}
+    return [legible(f"{agent} {how} changes, seed{'s' * (len(seeds[agent, how]) > 1)} {', '.join(seeds[agent, how])}")
+            for agent, how in named]
+
+
+def looks(runs: Sequence[Seen], names: Sequence[str]) -> dict[str, Look]:
+    """A look for each name of a run."""
     found: dict[str, Look] = {}
-    for one in runs:
-        name = legible(f"{one.run.agent}, seed {one.run.seed}, {'with' if one.changing else 'without'} changes")
+    for name, one in sorted(zip(names, runs), key=lambda pair: not pair[1].changing):  # the agent's own: with changes
         free = [look for look in (STYLES.get(one.run.config["agent"]["name"], OTHERS[0]), *OTHERS)
                 if look not in found.values()]
-        found[name] = (free or list(OTHERS))[0]
+        found.setdefault(name, (free or list(OTHERS))[0])
     return found
 
 

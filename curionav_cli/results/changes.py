@@ -10,7 +10,7 @@ same places in the same episodes, where nothing moved.
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -28,7 +28,7 @@ ELSEWHERE = -1
 LIKE_ELSEWHERE = 1.1  # relative surprise that counts as expected
 COLUMNS: Columns = (
     ("env", "env", "{}"), ("agent", "agent", "{}"), ("seed", "seed", "{}"), ("moves", "moves", "{:,}"),
-    ("coverage", "coverage", "{:.1%}"), ("area", "area", "{:.3f}"), ("steps", "steps", "{:,}"),
+    ("coverage of the floor", "coverage", "{:.1%}"), ("area", "area", "{:.3f}"), ("steps", "steps", "{:,}"),
     ("steps near what just moved", "near", "{:.1%}"), ("what ever moved", "ever", "{:.1%}"),
     ("surprise there, of elsewhere", "fresh", "{:.2f}"), ("expected after, episodes", "expected", "{}"))
 AGE_COLUMNS: Columns = (
@@ -50,13 +50,13 @@ class Item(NamedTuple):
 
 
 class Seen(NamedTuple):
-    """What a run met. age: (steps + 1,) of each episode, ELSEWHERE where nothing was near. kl: age -> frames' KL, nats,
-    for each episode that has a prediction."""
+    """What a run met. age: (steps + 1,) of each episode, ELSEWHERE where nothing was near. kl: of each episode that has
+    a prediction, age -> frames' KL, nats."""
 
     run: Run
     moves: int
     age: list[np.ndarray]
-    kl: list[dict[int, np.ndarray]]
+    kl: dict[int, dict[int, np.ndarray]]
 
     @property
     def changing(self) -> bool:
@@ -88,7 +88,7 @@ def seen(run: Run, episodes: Sequence[Episode], items: Sequence[dict[str, Item]]
     """Sort the frames of a run by the age of what is near. items: of each episode, of this run or of its partner."""
     each = [ages(one.pose, here, index) for index, (one, here) in enumerate(zip(episodes, items))]
     stored = {index: Prediction.load_surprise(path) for index, path in run.predictions.items() if index < len(each)}
-    kl = [by_age(surprise, each[index]) for index, surprise in stored.items()]
+    kl = {index: by_age(surprise, each[index]) for index, surprise in stored.items()}
     return Seen(run, sum(item.moved == index for index, here in enumerate(items) for item in here.values()), each, kl)
 
 
@@ -101,10 +101,14 @@ def by_age(surprise: Surprise, age: np.ndarray) -> dict[int, np.ndarray]:
 
 
 def pairs(runs: Sequence[Run]) -> tuple[list[Seen], list[str]]:
-    """Read runs with changes, and those without beside one with them; a line about each that is left out."""
+    """Read runs with changes, and those without beside one with them; a line about each that is left out.
+
+    What moves when follows from the world and the seed alone, so that the longest run tells it to one without changes.
+    """
     read = {id(run): [numbers(path) for path in run.episodes] for run in runs}
     items = {id(run): history([one.events for one in read[id(run)]]) for run in runs}
-    changing = {(run.config["env"]["name"], run.seed): run for run in reversed(runs) if any(items[id(run)][-1:])}
+    changing = {(run.config["env"]["name"], run.seed): run for run in sorted(runs, key=lambda run: len(read[id(run)]))
+                if any(items[id(run)][-1:])}
     found, lost = [], []
     for run in runs:
         partner = run if any(items[id(run)][-1:]) else changing.get((run.config["env"]["name"], run.seed))
@@ -116,19 +120,26 @@ def pairs(runs: Sequence[Run]) -> tuple[list[Seen], list[str]]:
     return found, lost
 
 
+def relative(kl: Iterable[dict[int, np.ndarray]]) -> dict[int, list[float]]:
+    """Mean KL of each age over that elsewhere in the same episode, for the episodes that have both."""
+    found: dict[int, list[float]] = defaultdict(list)
+    for here in kl:
+        base = float(here[ELSEWHERE].mean()) if len(here.get(ELSEWHERE, ())) else 0.0
+        for age, values in here.items() if base > 0 else ():
+            found[age].append(float(values.mean()) / base)
+    return found
+
+
 def age_rows(one: Seen) -> list[Row]:
     """A row for each age: frames, mean KL, and surprise relative to elsewhere."""
     kl: dict[int, list[np.ndarray]] = defaultdict(list)
-    relative: dict[int, list[float]] = defaultdict(list)
-    for here in one.kl:
-        base = float(here[ELSEWHERE].mean()) if len(here.get(ELSEWHERE, ())) else 0.0
+    for here in one.kl.values():
         for age, values in here.items():
             kl[age].append(values)
-            if base > 0:
-                relative[age].append(float(values.mean()) / base)
+    ratios = relative(one.kl.values())
     return [{**named(one.run), "age": written(age), "number": age, "episodes": len(kl[age]),
              "frames": sum(map(len, kl[age])), "kl": float(np.concatenate(kl[age]).mean()),
-             "relative": mean_interval(np.array(relative[age])) if relative[age] else None}
+             "relative": mean_interval(np.array(ratios[age])) if ratios[age] else None}
             for age in sorted(kl, key=lambda age: (age == ELSEWHERE, age))]
 
 

@@ -176,8 +176,7 @@ def reached_in_time(field: Field, arm: str, runs: Sequence[RunSummary], steps: i
 def first_far(folder: Path) -> int | None:
     """Find the first step that ended in the tenth of visitable cells furthest from the start; None without one."""
     plan = FloorPlan.load(folder / "plan.npz")
-    row, column = np.indices(plan.visitable.shape)
-    away = np.hypot((column + 0.5) * plan.cell - plan.start.x, (row + 0.5) * plan.cell - plan.start.y)
+    away = plan.away(plan.start)
     far, done = plan.visitable & (away >= np.quantile(away[plan.visitable], FAR)), 0
     for path in sorted((folder / "episodes").glob("*.npz")):
         pose = read_arrays(path, ("pose",))["pose"]

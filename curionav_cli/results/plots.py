@@ -54,6 +54,7 @@ VARIANTS = {  # of an agent's name in a label, everywhere too: which of OTHERS
     "surprise=shuffled": 2, "surprise=visits": 4,
 }
 MAXIMUM = "#b91c1c"
+ROOM = 1.12  # of an axis of cells, for the words above their number
 VISITS = ListedColormap(matplotlib.colormaps["inferno_r"](np.linspace(0.15, 1, 256)))  # visible on white
 DRAWN = 140  # about so many squares along the longer side of a building
 matplotlib.rcParams.update({
@@ -204,8 +205,8 @@ def draw_total(axes: Axes, total: int, denominator: str) -> None:
     """Draw the number of cells, and a scale of shares of it on the right."""
     axes.axhline(total, color=MAXIMUM, linestyle=":", linewidth=1.4)
     axes.annotate(f"{total:,} {denominator} cells", (0.01, total), xycoords=("axes fraction", "data"),
-                  xytext=(0, -11), textcoords="offset points", color=MAXIMUM)
-    axes.set(ylim=(0, total * 1.04))
+                  xytext=(0, 3), textcoords="offset points", color=MAXIMUM)
+    axes.set(ylim=(0, total * ROOM))
     scale = 100 / total
     share = axes.secondary_yaxis("right", functions=(partial(np.multiply, scale), partial(np.multiply, 1 / scale)))
     share.set_ylabel(f"share of {denominator} cells (%)")

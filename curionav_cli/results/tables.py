@@ -34,6 +34,11 @@ def columns_of(rows: Sequence[Row]) -> Columns:
     return (*COLUMNS, *(PROBED if any("probe_error" in row for row in rows) else ()))
 
 
+def known(columns: Columns, rows: Sequence[Row]) -> Columns:
+    """Those of the columns that a row knows something about."""
+    return tuple(column for column in columns if any(row.get(column[1]) is not None for row in rows))
+
+
 def percent(share: float) -> str:
     """Write a share as '45.4%'; never 0.0% of something, nor 100.0% of less than all (263 of 700,000 are 0.038%)."""
     if 0 < share < 0.0005:

@@ -1,4 +1,4 @@
-"""run.json: the command that repeats a run, and the versions and machine that it ran with."""
+"""run.json: the command that repeats a run, the versions and machine that it ran with, and each time it was resumed."""
 
 from __future__ import annotations
 
@@ -31,10 +31,24 @@ def about(folder: Path, command: str, device: str, seed: int) -> dict[str, Any]:
     return {
         "command": shlex.join(["curionav", command, *words]), "config_dirs": own, "device": device, "seed": seed,
         "began": datetime.now(UTC).isoformat(timespec="seconds"),
-        "python": platform.python_version(), **{package: version(package) for package in PACKAGES},
-        "machine": platform.machine(), "cores": os.cpu_count(), "threads": os.environ.get("OMP_NUM_THREADS"),
-        **commit(),
+        **versions(), "machine": platform.machine(), "cores": os.cpu_count(),
+        "threads": os.environ.get("OMP_NUM_THREADS"), **commit(),
     }
+
+
+def resumed(about: dict[str, Any], unit: str, done: int) -> dict[str, Any]:
+    """The content of run.json once more, with a line in `resumed` about going on: after how much, when, which commit.
+
+    Versions stand there too where they are not those of run.json. unit, done: such as episode, 255.
+    """
+    line = {unit: done, "at": datetime.now(UTC).isoformat(timespec="seconds"), **commit(),
+            **{key: value for key, value in versions().items() if value != about.get(key)}}
+    return {**about, "resumed": [*about.get("resumed", ()), line]}
+
+
+def versions() -> dict[str, str]:
+    """Versions of Python and of what numbers depend on."""
+    return {"python": platform.python_version(), **{package: version(package) for package in PACKAGES}}
 
 
 def sweep_command(folder: Path) -> str:

@@ -54,6 +54,7 @@ def test_numbers_are_counted_from_the_run_and_name_it(cli: Cli, tmp_path: Path) 
     docks = [json.loads(str(np.load(path)["dock"])) for path in sorted((tmp_path / "runs").rglob("0*.npz"))]
     came = [dock["code"] == "docked" and not dock["human"] for dock in docks if dock]
     assert len(came) == 2 and f"| 572 of 596 (96 %) | {sum(came)} of 2: " in page
+    assert "| mean of its runs is 55% or more | large_lab | lbs_dreamer | - | 0 of 2 | 0 of 600,000 |" in page
     assert "| 23,476 | 23,476 |" in page and "There is no folder nowhere." in page and "fewer than 5 seeds" in page
 
 

@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 
 from curionav_cli.records import Prediction, Surprise
-from curionav_cli.results import changes
+from curionav_cli.results import change_pairs, changes, tables
 from curionav_cli.results.changes import ELSEWHERE
 from curionav_cli.results.runs import Run
+from curionav_cli.results.statistics import Estimate
 from curionav_cli.storage.run_folder import RunFolder
 
 MOVES = {1: ((2, 0), (5, 0)), 4: ((5, 0), (2, 0))}  # episode -> from, to
@@ -22,13 +23,13 @@ def events(index, moving):
 
 @pytest.fixture
 def a_run(tmp_path, an_episode, a_plan):
-    """Six episodes of 12 frames: half stand beside the chair, which moves before episodes 1 and 4, half far away."""
-    def make(moving, near=NATS):
+    """Episodes of 12 frames: half stand beside the chair, which moves before episodes 1 and 4, half far away."""
+    def make(moving, near=NATS, episodes=6):
         run = RunFolder(tmp_path / f"changes_{moving}")
         run.create(f"seed: 3\nenv: {{name: lab, changes: {str(moving).lower()}}}\nagent: {{name: lbs_dreamer}}\n"
                    "robot: {name: ideal}\n", {}, {}, a_plan())
         (run.path / "episodes").mkdir(exist_ok=True)
-        for index in range(6):
+        for index in range(episodes):
             place = [5.5, 0, 0] if 1 <= index < 4 else [2.5, 0, 0]
             pose = np.array([place] * 6 + [[2.0, 9.0, 0.0]] * 6)
             age = [ELSEWHERE] * 6 if not index else [index - (1 if index < 4 else 4)] * 6
@@ -58,6 +59,26 @@ def test_surprise_falls_with_the_age_of_a_move_and_the_control_has_none(a_run):
     steps, share = changes.shares(found[0], 3)
     assert steps.tolist() == [22, 44, 66]
     assert share == pytest.approx([5 / 22, 0, 5 / 22])
+
+
+@pytest.mark.parametrize(("on", "off"), [(6, 3), (3, 6), (6, 6)])
+def test_runs_of_different_length_are_paired_as_far_as_both_go(a_run, on, off):
+    runs = [a_run(True, episodes=on), a_run(False, near=dict.fromkeys(NATS, 1.0), episodes=off)]
+    found, _ = changes.pairs([replace(run, denominator="floor") for run in runs])
+    [row] = change_pairs.rows(found)
+    both = min(on, off)
+    assert (row["n"], row["steps"], row["cost"]) == (1, 11 * both, "one pair: not decided")
+    assert row["near_on"] == row["near_off"] == pytest.approx({3: 5, 6: 10}[both] / (11 * both))
+    assert (row["fresh_on"], row["fresh_off"], row["fresh"].value) == pytest.approx((5, 1, 4))
+    assert row["coverage_on"] == pytest.approx(2 / 24) and row["coverage"].value == 0
+    assert f"| {11 * both} |" in tables.markdown([row], change_pairs.COLUMNS, "below")
+
+
+@pytest.mark.parametrize(("points", "said"), [
+    ((-2, -3, -1), "yes"), ((1, -2, 2.9), "no"), ((4, 1, 7), "no, it adds"), ((0, -4, 4), "not decided"),
+    ((-9, np.nan, np.nan), "one pair: not decided")])
+def test_change_costs_coverage_by_the_declared_rule(points, said):
+    assert change_pairs.cost(Estimate(*points)) == said
 
 
 def test_a_run_without_changes_is_left_out_alone_and_surprise_may_last(a_run):

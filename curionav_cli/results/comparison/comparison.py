@@ -17,6 +17,7 @@ from curionav_cli.results.comparison.run_summaries import RunSummary
 from curionav_cli.results.labels import labels, world_labels
 
 SHARES = (50, 80, 90, 99)  # per cent
+TWICE = "the same arm, environment and seed as"  # a run that is left out
 
 
 @dataclass(frozen=True)
@@ -81,7 +82,7 @@ def duplicates(names: dict[RunSummary, tuple[str, str]]) -> dict[RunSummary, str
     first: dict[tuple[str, str, int | str], RunSummary] = {}
     for run in sorted(names, key=lambda run: (not run.whole, -run.steps)):
         first.setdefault((*names[run], run.seed), run)
-    return {run: f"the same arm, environment and seed as {first[*names[run], run.seed].folder}"
+    return {run: f"{TWICE} {first[*names[run], run.seed].folder}"
             for run in names if first[*names[run], run.seed] is not run}
 
 

@@ -21,13 +21,7 @@ def read_all(paths: Sequence[Path], rule: str, denominator: str, but: Sequence[P
 
     but: folders that are passed over.
     """
-    jobs: dict[Path, Path] = {}
-    lost = []
-    for path in paths:
-        try:
-            jobs |= {job.resolve(): job for job in folders(path)}
-        except RunFolderError as error:
-            lost.append(str(error))
+    jobs, lost = jobs_in(paths)
     jobs = {whole: job for whole, job in jobs.items() if job not in but}
     read_one = partial(read_or_reason, rule=rule, denominator=denominator)
     if len(jobs) <= FEW:
@@ -37,6 +31,18 @@ def read_all(paths: Sequence[Path], rule: str, denominator: str, but: Sequence[P
             results = list(pool.map(read_one, jobs.values()))
     return ([result for result in results if isinstance(result, RunSummary)],
             lost + [result for result in results if isinstance(result, str)])
+
+
+def jobs_in(paths: Sequence[Path]) -> tuple[dict[Path, Path], list[str]]:
+    """Every job in these folders once, by its whole path, and a line for each folder that holds none."""
+    jobs: dict[Path, Path] = {}
+    lost = []
+    for path in paths:
+        try:
+            jobs |= {job.resolve(): job for job in folders(path)}
+        except RunFolderError as error:
+            lost.append(str(error))
+    return jobs, lost
 
 
 @contextmanager

@@ -1,0 +1,128 @@
+"""Runs of the paper's lengths: which of them are the paper's agent, how far they came, what they covered and cost."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Sequence
+from contextlib import suppress
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from curionav_cli.errors import RunFolderError
+from curionav_cli.files import read_json
+from curionav_cli.results.comparison.comparison import TWICE, Comparison, measures
+from curionav_cli.results.comparison.run_summaries import RunSummary
+from curionav_cli.results.labels import scene_name
+from curionav_cli.results.runs import spent
+from curionav_cli.results.tables import Columns, Row
+from curionav_cli.storage.run_folder import RunFolder
+
+APARTMENTS = ("apartment_0", "apartment_1", "apartment_2")
+UNTIL = {**dict.fromkeys(APARTMENTS, 5_000_000), "small_room": 280_000, "large_lab": 600_000}  # the paper's axes
+OURS, OURS_BY, OURS_UNTIL = "lbs_dreamer", "lbs", 2_000_000  # in the apartments
+COUNTS = (10_000, 30_000, 100_000, 200_000, 400_000, 600_000, 1_000_000, 2_000_000)  # steps that are reported
+
+RUN_COLUMNS: Columns = (
+    ("env", "env", "{}"), ("arm", "arm", "{}"), ("seed", "seed", "{}"), ("commit", "commit", "{}"),
+    ("steps", "steps", "{:,}"), ("the paper's", "planned", "{:,}"), ("CPU-hours", "hours", "{:.2f}"),
+    ("disk, GB", "disk", "{:.2f}"), ("state", "state", "{}"), ("error", "error", "{}"), ("folder", "folder", "{}"))
+COVERAGE_COLUMNS: Columns = (
+    ("env", "env", "{}"), ("arm", "arm", "{}"), ("seed", "seed", "{}"),
+    *((f"{count:,}", f"coverage_at_{count}", "{:.1%}") for count in COUNTS), ("steps", "steps", "{:,}"),
+    ("at its end", "coverage", "{:.1%}"), ("area under the curve", "area_under_curve", "{:.3f}"))
+
+
+class Drawn(NamedTuple):
+    """A run in figures and tables: the names of its environment and arm, and the scene's."""
+
+    env: str
+    arm: str
+    scene: str
+    run: RunSummary
+
+    @property
+    def ours(self) -> bool:
+        """Whether it is the paper's agent in the paper's world: by surprise, with what changes there."""
+        by = self.run.arm.get("agent.curiosity", OURS_BY)
+        return (self.run.agent, by) == (OURS, OURS_BY) and bool(self.run.env.get("changes", True))
+
+    @property
+    def planned(self) -> int | None:
+        """Steps after which the paper's curve of this agent ends; None where it has none."""
+        ours = self.scene in APARTMENTS and not self.run.agent.startswith("cbet")
+        return OURS_UNTIL if ours else UNTIL.get(self.scene)
+
+
+def named(comparison: Comparison) -> list[Drawn]:
+    """Every run with its names."""
+    return [Drawn(env, arm, scene_name(run.env), run) for run, (env, arm) in comparison.names.items()]
+
+
+def drawn(comparison: Comparison) -> list[Drawn]:
+    """Every run once, the longest of those with the same arm, environment and seed."""
+    return [one for one in named(comparison) if TWICE not in comparison.left_out.get(one.run, "")]
+
+
+def rows(runs: Sequence[Drawn]) -> list[Row]:
+    """A row for each run: how far it came of the paper's steps, by which commits, and what it cost."""
+    return [{"env": one.env, "arm": one.arm, "seed": one.run.seed, "steps": one.run.steps, "planned": one.planned,
+             "hours": hours(one.run.folder), "error": one.run.error or None, **about(one.run.folder)} for one in runs]
+
+
+def begun_only(folders: Sequence[Path]) -> list[Row]:
+    """A row for each of these folders whose run has no finished episode; none for one that holds no run."""
+    found: list[Row] = []
+    for folder in folders:
+        try:
+            settings, status = RunFolder(folder).settings, RunFolder(folder).status
+            found.append({"env": scene_name(settings["env"]), "arm": settings["agent"]["name"],
+                          "seed": settings["seed"], "steps": 0, "error": status.get("error"), **about(folder)})
+        except RunFolderError:
+            continue
+    return found
+
+
+def hours(folder: Path) -> float | None:
+    """CPU-hours of acting and learning; None where they were not noted."""
+    seconds = float(spent(RunFolder(folder).metrics())["cpu_seconds"][-1])
+    return None if np.isnan(seconds) else seconds / 3600
+
+
+def about(folder: Path) -> dict[str, Any]:
+    """State, commits, disk and place of the run in a folder."""
+    return {"state": RunFolder(folder).state, "commit": commits(read_json(folder / "run.json")),
+            "disk": disk(folder) / 1e9, "folder": str(folder)}
+
+
+def disk(folder: Path) -> int:
+    """Bytes of all files in a folder; a run that goes on may remove one of them meanwhile."""
+    size = 0
+    for where, _, names in os.walk(folder):
+        for name in names:
+            with suppress(FileNotFoundError):
+                size += Path(where, name).stat().st_size
+    return size
+
+
+def commits(provenance: dict[str, Any]) -> str | None:
+    """The commit that began a run, and every other that went on with it and from where; None where none was noted."""
+    last = first = provenance.get("git_commit")
+    words = []
+    for line in provenance.get("resumed", ()):
+        if line["git_commit"] != last:
+            last = line["git_commit"]
+            words.append(f"{brief(last)} from episode {line.get('episode', '?')}")
+    return ", ".join([brief(first), *words]) if first or words else None
+
+
+def brief(commit: str | None) -> str:
+    return commit[:7] if commit else "unknown"
+
+
+def coverages(runs: Sequence[Drawn]) -> list[Row]:
+    """A row for each run: coverage at the reported steps that it reached and at its end, and the area until there."""
+    return [{"env": one.env, "arm": one.arm, "seed": one.run.seed, "steps": one.run.steps,
+             **{key: value for key, value in measures(one.run, one.run.steps, COUNTS).items() if "steps" not in key}}
+            for one in runs]

@@ -1,0 +1,73 @@
+"""curionav paper figures and paper changes on run folders that go on, failed, or have not finished an episode."""
+
+from __future__ import annotations
+
+import csv
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from entry import Cli
+
+from curionav_cli.storage.run_folder import RunFolder
+
+SETTINGS = ("seed: 0\nenv: {{name: large_lab, changes: {changes}}}\nagent: {{name: {agent}}}\nrobot: {{name: ideal}}\n")
+
+
+@pytest.fixture
+def sweep(tmp_path, an_episode, a_plan):
+    """Runs of two episodes, with changes and without, one that failed after them, and one that failed before."""
+    moved = ({"what": "move", "item": "chair", "from": [0.3, 0.3], "to": [9.0, 9.0]},)
+    for name, agent, changes, state, episodes in (
+            ("0_a", "bounce", True, "done", 2), ("1_b", "bounce", False, "done", 2),
+            ("2_c", "lbs_dreamer", True, "failed", 2), ("3_d", "random", True, "failed", 0)):
+        run, fixed = RunFolder(tmp_path / "sweep" / name), {"agent": {"name": agent}, "env": {"changes": changes}}
+        config = SETTINGS.format(agent=agent, changes=str(changes).lower())
+        run.create(config, fixed, {"git_commit": "c" * 40}, a_plan())
+        (run.path / "episodes").mkdir(exist_ok=True)
+        for index in range(episodes):
+            events = moved if changes and index else ()
+            run.save_episode(index, replace(an_episode(steps=3), events=events))
+        run.set_status(state=state, episode=episodes, error="out of memory" if state == "failed" else None)
+    return tmp_path / "sweep"
+
+
+def rows(path: Path) -> list[dict[str, str]]:
+    return list(csv.DictReader(path.read_text().splitlines()))
+
+
+@pytest.mark.slow
+def test_every_run_stands_in_the_tables_and_every_figure_is_drawn(painted: None, cli: Cli, sweep: Path, tmp_path: Path) -> None:
+    answer = cli("paper", "figures", "sweep", "out=out")
+    assert answer.code == 0, answer.error
+    found = rows(tmp_path / "out" / "runs.csv")
+    assert [(row["arm"], row["steps"], row["state"], row["error"], row["commit"]) for row in found] == [
+        ("bounce", "6", "done", "", "ccccccc"), ("bounce", "6", "done", "", "ccccccc"),
+        ("lbs_dreamer", "6", "failed", "out of memory", "ccccccc"),
+        ("random", "0", "failed", "out of memory", "ccccccc")]
+    assert "Not finished (failed): large_lab, random, seed 0, 0 steps" in answer.out
+    verdicts = rows(tmp_path / "out" / "verdicts.csv")
+    assert len(verdicts) == 8 and {row["verdict"] for row in verdicts} == {"not decided"}
+    assert verdicts[0]["n"] == "1 of 2" and float(verdicts[0]["low"]) > 0
+    assert [row["steps"] for row in rows(tmp_path / "out" / "against.csv")] == ["6"]
+    for name in ("large_lab_arms.png", "large_lab.png", "best_large_lab_changes=true.png", "figures.md"):
+        assert (tmp_path / "out" / name).stat().st_size > 1000, name
+
+
+@pytest.mark.slow
+def test_changes_on_less_off_stand_in_a_table_and_a_figure(painted: None, cli: Cli, sweep: Path, tmp_path: Path) -> None:
+    answer = cli("paper", "changes", "sweep", "out=out")
+    assert answer.code == 0, answer.error
+    [pair] = rows(tmp_path / "out" / "change_pairs.csv")
+    assert (pair["agent"], pair["n"], pair["steps"], pair["cost"]) == ("bounce", "1", "6", "one pair: not decided")
+    assert float(pair["near_on"]) == float(pair["near_off"]) == pytest.approx(0.5), "in the second episode"
+    assert np.isfinite(float(pair["coverage"])) and (tmp_path / "out" / "changes_large_lab.png").stat().st_size > 1000
+
+
+@pytest.mark.parametrize("what", ["figures", "changes"])
+def test_no_run_is_one_clear_line(cli: Cli, tmp_path: Path, what: str) -> None:
+    answer = cli("paper", what, "nowhere", "out=out")
+    assert answer.code == 2 and f"curionav paper {what} outputs" in answer.error, answer.error
+    assert "There is no folder nowhere." in answer.error
+    assert not list((tmp_path / "out").glob("*")) and "Traceback" not in answer.error
