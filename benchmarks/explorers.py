@@ -5,7 +5,7 @@
 
 CPU-milliseconds of `act` and `begin` a step, in turns: an episode of each row, then the next of each. Each row acts in
 a world of its own, with the weights that it begins with. No one learns; `curious_mapper` ascribes what its untrained
-model measures. Late in a run, where little is left: explorers_late.py.
+model measures. Beside another commit, and late in a run: explorers_turns.py.
 """
 
 from __future__ import annotations

@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from curionav_cli.constants import FORWARD, HEADINGS, LEFT, RIGHT
-from curionav_cli.world.motion import free_share
+from curionav_cli.world.motion import free_share, moved
 
+FEW = 8  # moves; one by one they take less time than all at once
 Found = tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]
 
 
@@ -41,11 +42,19 @@ def _ahead(pose: np.ndarray, free: np.ndarray, seen: np.ndarray, cell: float, dx
     place = places(ahead, free.shape, cell)
     clear = np.flatnonzero(~seen[place] & free.flat[place // HEADINGS])
     towards = heading[clear]
-    clear = clear[free_share(free, cell, x[clear], y[clear], dx[towards], dy[towards]) == 1.0]
+    clear = clear[_clear(free, cell, x[clear], y[clear], dx[towards], dy[towards])]
     _, first = np.unique(place[clear], return_index=True)
     clear = clear[np.sort(first)]
     seen[place[clear]] = True
     return ahead[clear], place[clear], clear
+
+
+def _clear(free: np.ndarray, cell: float, x: np.ndarray, y: np.ndarray, dx: np.ndarray, dy: np.ndarray) -> np.ndarray:
+    """(n,) bool: do straight moves from (x, y) by (dx, dy), metres, pass through free cells only?"""
+    if len(x) > FEW:
+        return free_share(free, cell, x, y, dx, dy) == 1.0
+    moves = zip(x.tolist(), y.tolist(), dx.tolist(), dy.tolist(), strict=True)
+    return np.array([not moved(free, cell, *move)[2] for move in moves], bool)
 
 
 def _turned(pose: np.ndarray, place: np.ndarray, seen: np.ndarray,
