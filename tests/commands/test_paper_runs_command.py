@@ -38,7 +38,8 @@ def rows(path: Path) -> list[dict[str, str]]:
 
 
 @pytest.mark.slow
-def test_every_run_stands_in_the_tables_and_every_figure_is_drawn(painted: None, cli: Cli, sweep: Path, tmp_path: Path) -> None:
+@pytest.mark.usefixtures("painted")
+def test_every_run_stands_in_the_tables_and_every_figure_is_drawn(cli: Cli, sweep: Path, tmp_path: Path) -> None:
     answer = cli("paper", "figures", "sweep", "out=out")
     assert answer.code == 0, answer.error
     found = rows(tmp_path / "out" / "runs.csv")
@@ -56,7 +57,8 @@ def test_every_run_stands_in_the_tables_and_every_figure_is_drawn(painted: None,
 
 
 @pytest.mark.slow
-def test_changes_on_less_off_stand_in_a_table_and_a_figure(painted: None, cli: Cli, sweep: Path, tmp_path: Path) -> None:
+@pytest.mark.usefixtures("painted")
+def test_changes_on_less_off_stand_in_a_table_and_a_figure(cli: Cli, sweep: Path, tmp_path: Path) -> None:
     answer = cli("paper", "changes", "sweep", "out=out")
     assert answer.code == 0, answer.error
     [pair] = rows(tmp_path / "out" / "change_pairs.csv")

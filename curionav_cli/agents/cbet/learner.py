@@ -11,6 +11,7 @@ from torch import Tensor, nn
 from torch.optim import rmsprop as functional
 
 from curionav_cli.agents.cbet import settings as cbet_settings
+from curionav_cli.agents.cbet.count_log import CountLog
 from curionav_cli.agents.cbet.network import Memory, PolicyNetwork, initialise
 from curionav_cli.agents.cbet.rewards.choose import reward_class
 from curionav_cli.agents.cbet.rewards.reward import Reward
@@ -42,11 +43,15 @@ def build_networks(hyper: cbet_settings.CBET, generator: torch.Generator, device
 
 
 class Learner:
-    """Updates the networks, each with its optimiser, for a reward; `updates` counts what was done."""
+    """Updates the networks, each with its optimiser, for a reward; `updates` counts what was done.
+
+    count_log: where the reward's tables that last are kept.
+    """
 
     def __init__(self, hyper: cbet_settings.CBET, networks: Networks, reward: Reward):
         self.hyper, self.networks, self.reward = hyper, networks, reward
         self.updates = 0
+        self.count_log = CountLog()
         learning = {"policy": networks.policy, **{f"reward_{name}": part for name, part in networks.reward.items()}}
         self.optimisers = {name: self._optimiser(part) for name, part in learning.items()
                            if any(parameter.requires_grad for parameter in part.parameters())}

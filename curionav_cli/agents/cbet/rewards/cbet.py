@@ -40,7 +40,7 @@ class CBET(Reward):
         self.state_keys = StateKeys(hyper.key.value, hyper.key_bits, rng)
         self.change_keys = ChangeKeys(hyper.key.value, hyper.key_bits, self.view.views, wrapped, rng)
         tables = 1 if hyper.tables is Tables.shared else hyper.environments
-        self.counts = {"states": Counts(tables), "changes": Counts(tables)}
+        self.counts = {name: Counts(tables, hyper.reset is Reset.never) for name in ("states", "changes")}
         self.generators = [np.random.default_rng([context.reward_seed, e + 1]) for e in range(hyper.environments)]
         self.monitor = RewardMonitor(CEILING)
 
