@@ -18,11 +18,13 @@ from torch import nn
 from curionav_cli.agents.lbs_dreamer.behaviour import Behaviour
 from curionav_cli.agents.lbs_dreamer.kernels.cuda_graphs import Record, Recorded, as_it_is, cuda_graph
 from curionav_cli.agents.lbs_dreamer.kernels.mlp import MLP
+from curionav_cli.agents.lbs_dreamer.kernels.patches import to_byte_patches
 from curionav_cli.agents.lbs_dreamer.kernels.rssm_scan import PLAIN, Steps
 from curionav_cli.agents.lbs_dreamer.learner import Networks
 from curionav_cli.agents.lbs_dreamer.networks import Decoder, Encoder
 from curionav_cli.agents.lbs_dreamer.rssm import RSSM
 from curionav_cli.agents.lbs_dreamer.settings import Precision
+from curionav_cli.agents.lbs_dreamer.world_model import WorldModel
 from curionav_cli.errors import ConfigError
 
 log = logging.getLogger("curionav")
@@ -70,6 +72,7 @@ def fuse_on(device: torch.device, networks: Networks) -> None:
     rssm = networks.world_model.rssm
     if device.type == "cpu":
         fuse_rows(rssm, networks.behaviour)
+        fuse_images(networks.world_model)
         fuse_elu(networks)
     else:
         fuse(rssm)
@@ -82,6 +85,16 @@ def fuse_rows(rssm: RSSM, behaviour: Behaviour) -> None:
 
     rssm.steps = FusedLoop()
     behaviour.imagine = partial(imagine, behaviour.actor)  # type: ignore[method-assign]
+
+
+def fuse_images(model: WorldModel) -> None:
+    """Have numba's functions encode images and compare them with decoded ones; patches stay bytes until then."""
+    from curionav_cli.agents.lbs_dreamer.kernels import fused_images
+
+    if fused_images.pays(model.encoder, model.decoder):
+        model.patches = partial(to_byte_patches, stride=model.encoder.stride)  # type: ignore[method-assign]
+        model.encoder.forward = partial(fused_images.encoded, model.encoder)  # type: ignore[method-assign]
+        model.image_error = partial(fused_images.decoded_error, model.decoder)  # type: ignore[method-assign]
 
 
 def fuse_elu(networks: nn.Module) -> None:

@@ -17,11 +17,15 @@ from curionav_cli.constants import IMAGE_CHANNELS, IMAGE_SIDE
 
 def to_patches(image: Tensor, stride: int) -> Tensor:
     """Images (..., 64, 64, 3) uint8 -> patches (N, G, G, P) float32 in [-0.5, 0.5]."""
+    return to_byte_patches(image, stride).float().mul_(1 / 255).sub_(0.5)
+
+
+def to_byte_patches(image: Tensor, stride: int) -> Tensor:
+    """Images (..., 64, 64, 3) uint8 -> patches (N, G, G, P) uint8."""
     grid = IMAGE_SIDE // stride
     word = {0: torch.int32, 2: torch.int16}.get(stride * IMAGE_CHANNELS % 4, torch.uint8)  # several bytes at a time
     rows = image.view(-1, grid, stride, grid, stride * IMAGE_CHANNELS).view(word).unbind(2)  # of a patch
-    patches = torch.stack(rows, 3).view(torch.uint8).flatten(3)
-    return patches.float().mul_(1 / 255).sub_(0.5)
+    return torch.stack(rows, 3).view(torch.uint8).flatten(3)
 
 
 def to_images(patches: Tensor, stride: int) -> Tensor:
