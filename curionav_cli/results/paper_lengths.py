@@ -8,14 +8,12 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any, NamedTuple
 
-import numpy as np
-
 from curionav_cli.errors import RunFolderError
 from curionav_cli.files import read_json
 from curionav_cli.results.comparison.comparison import TWICE, Comparison, measures
 from curionav_cli.results.comparison.run_summaries import RunSummary
 from curionav_cli.results.labels import scene_name
-from curionav_cli.results.runs import spent
+from curionav_cli.results.runs import Run, known, spent
 from curionav_cli.results.tables import Columns, Row
 from curionav_cli.storage.run_folder import RunFolder
 
@@ -86,13 +84,15 @@ def begun_only(folders: Sequence[Path]) -> list[Row]:
 
 def hours(folder: Path) -> float | None:
     """CPU-hours of acting and learning; None where they were not noted."""
-    seconds = float(spent(RunFolder(folder).metrics())["cpu_seconds"][-1])
-    return None if np.isnan(seconds) else seconds / 3600
+    metrics = RunFolder(folder).metrics()
+    seconds = known(spent(metrics)["cpu_seconds"][-1])
+    return None if seconds is None or not metrics else seconds / 3600
 
 
 def about(folder: Path) -> dict[str, Any]:
     """State, commits, disk and place of the run in a folder."""
-    return {"state": RunFolder(folder).state, "commit": commits(read_json(folder / "run.json")),
+    noted = folder / "run.json"
+    return {"state": Run(RunFolder(folder)).state, "commit": commits(read_json(noted) if noted.is_file() else {}),
             "disk": disk(folder) / 1e9, "folder": str(folder)}
 
 

@@ -2,7 +2,7 @@
 
     config.yaml      every setting, resolved; with it the run can be repeated
     fixed.json       the settings that may not change when the run goes on
-    run.json         command, versions, device, engine, git commit
+    run.json         command, versions, device, engine, git commit; when it was resumed, and by which commit
     status.json      state (running, done, failed, interrupted), episode, steps, coverage, error
     plan.npz         the floor plan: cells, start, obstacles
     metrics.jsonl    one object an episode; of offline training, one a save

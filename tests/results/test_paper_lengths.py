@@ -39,6 +39,10 @@ def test_a_run_without_a_finished_episode_stands_there_too(a_run, tmp_path):
     [row] = paper_lengths.begun_only([a_run(3, state="failed").path, tmp_path / "nothing"])
     assert (row["env"], row["arm"], row["seed"], row["steps"]) == ("large_lab", "bounce", 3, 0)
     assert (row["state"], row["error"], row["commit"]) == ("failed", "stopped by SIGTERM", None)
+    (tmp_path / "3" / "run.json").unlink()
+    (tmp_path / "3" / "status.json").write_text("{")
+    [row] = paper_lengths.rows(paper_lengths.named(compare([a_summary("large_lab", folder=tmp_path / "3")])))
+    assert (row["state"], row["commit"], row["hours"]) == ("unknown", None, None), "what is left of it"
 
 
 def test_every_commit_that_went_on_is_named_and_from_where():
