@@ -68,7 +68,7 @@ def recorder(mode: str, device: torch.device) -> Record:
 
 
 def fuse_on(device: torch.device, networks: Networks) -> None:
-    """Have the steps of the RSSM run as fused kernels on its device, on a CPU every ELU too."""
+    """Have the steps of the RSSM run as fused kernels on its device, on a CPU images and every ELU too."""
     rssm = networks.world_model.rssm
     if device.type == "cpu":
         fuse_rows(rssm, networks.behaviour)

@@ -52,7 +52,10 @@ class WorldModel(nn.Module):
         self.decoded = max(1, round(hyper.decoded_share * frames))
 
     def patches(self, image: Tensor) -> Tensor:
-        """Images (..., 64, 64, 3) uint8 as the encoder reads and the decoder returns them: (N, G, G, P) float32."""
+        """Images (..., 64, 64, 3) uint8 as the encoder reads and the decoder returns them: (N, G, G, P) float32.
+
+        Where encoder and error are fused for a CPU (compile.py) the same in bytes, which only those two read.
+        """
         return to_patches(image, self.encoder.stride)
 
     def observe(self, state: State, patches: Tensor, action: Tensor, noise: Tensor) -> Observed:

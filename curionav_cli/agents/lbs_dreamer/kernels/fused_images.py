@@ -21,36 +21,8 @@ from curionav_cli.agents.lbs_dreamer.networks import Decoder, Encoder
 from curionav_cli.constants import IMAGE_SIDE
 
 PART = 8  # images at a time
-MANY = 96  # channels from which on oneDNN's convolutions are faster
+MANY = 96  # channels from which on convolutions are left to oneDNN; not measured
 Geometry = tuple[tuple[int, int, int, int], ...]  # kernel, stride, points of the larger image, of the smaller
-
-
-@rows.compiled
-def seen_by(source, stride, buffer):
-    """The windows of source (N, H, H, C) as rows; where a window is a point, source itself."""
-    if buffer.shape[3] == 1 and stride == 1:
-        return windows.points(source)
-    windows.cut(source, stride, buffer)
-    return buffer.reshape(-1, buffer.shape[3] * buffer.shape[4])
-
-
-@rows.compiled
-def put(small, matrix, stride, buffer, large):
-    """large (N, H, H, C): what small (N * h * h, c) is of, windows added where they overlap."""
-    if buffer.shape[3] == 1 and stride == 1:
-        np.dot(small, matrix, windows.points(large))
-    else:
-        np.dot(small, matrix, buffer.reshape(-1, matrix.shape[1]))
-        windows.add(buffer, stride, large)
-
-
-@rows.compiled
-def add_product(left, right, total):
-    """total (a, b) += left^T right, of left (n, a) and right (n, b)."""
-    found = np.dot(left.T, right)
-    for i in range(total.shape[0]):
-        for j in range(total.shape[1]):
-            total[i, j] += found[i, j]
 
 
 @rows.compiled
@@ -63,7 +35,8 @@ def encode(image, strides, matrices, biases, patches, buffers, made):
         windows.scaled(image[first:last].reshape(-1), source.reshape(-1))
         for i in range(len(made)):
             target = made[i][first:last]
-            np.dot(seen_by(source, strides[i], buffers[i][:last - first]), matrices[i].T, windows.points(target))
+            flat = windows.seen_by(source, strides[i], buffers[i][:last - first])
+            np.dot(flat, matrices[i].T, windows.as_points(target))
             rows.add_bias_elu(windows.image_rows(target), biases[i])
             source = target
 
@@ -83,10 +56,10 @@ def encode_backward(slope, image, strides, matrices, patches, buffers, made, to_
             rows.elu_slope(windows.image_rows(above), windows.image_rows(made[i][first:last]))
             windows.add_sums(above, to_biases[i])
             buffer = buffers[i][:last - first]
-            add_product(windows.points(above), seen_by(source, strides[i], buffer), to_matrices[i])
+            windows.add_product(windows.as_points(above), windows.seen_by(source, strides[i], buffer), to_matrices[i])
             if i > 0:
                 below = np.empty(source.shape, np.float32)
-                put(windows.points(above), matrices[i], strides[i], buffer, below)
+                windows.put(windows.as_points(above), matrices[i], strides[i], buffer, below)
                 above = below
 
 
@@ -98,7 +71,7 @@ def drawn(point, size, first_bias, strides, matrices, biases, buffers, made):
     rows.add_bias_elu(windows.image_rows(base), first_bias)
     for i in range(len(matrices)):
         target = made[i + 1][:size]
-        put(windows.points(made[i][:size]), matrices[i], strides[i], buffers[i][:size], target)
+        windows.put(windows.as_points(made[i][:size]), matrices[i], strides[i], buffers[i][:size], target)
         if i < len(matrices) - 1:
             rows.add_bias_elu(windows.image_rows(target), biases[i])
         else:
@@ -113,10 +86,10 @@ def drawn_backward(slope, size, strides, matrices, buffers, made, to_point, to_f
         i = len(matrices) - 1 - layer
         source = made[i][:size]
         windows.add_sums(above, to_biases[i])
-        flat = seen_by(above, strides[i], buffers[i][:size])
-        add_product(windows.points(source), flat, to_matrices[i])
+        flat = windows.seen_by(above, strides[i], buffers[i][:size])
+        windows.add_product(windows.as_points(source), flat, to_matrices[i])
         below = np.empty(source.shape, np.float32)
-        np.dot(flat, matrices[i].T, windows.points(below))
+        np.dot(flat, matrices[i].T, windows.as_points(below))
         rows.elu_slope(windows.image_rows(below), windows.image_rows(source))
         above = below
     windows.add_sums(above, to_first_bias)

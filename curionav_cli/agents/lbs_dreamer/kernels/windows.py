@@ -60,7 +60,7 @@ def image_rows(images):
 
 
 @rows.compiled
-def points(images):
+def as_points(images):
     """The same memory as points, (N * H * H, C)."""
     return images.reshape(images.shape[0] * images.shape[1] * images.shape[2], images.shape[3])
 
@@ -84,3 +84,31 @@ def swapped(source, made):
         for i in range(made.shape[1]):
             for j in range(made.shape[2]):
                 made[n, i, j] = source[n, j, i]
+
+
+@rows.compiled
+def seen_by(source, stride, buffer):
+    """The windows of source (N, H, H, C) as rows; where a window is a point, source itself."""
+    if buffer.shape[3] == 1 and stride == 1:
+        return as_points(source)
+    cut(source, stride, buffer)
+    return buffer.reshape(-1, buffer.shape[3] * buffer.shape[4])
+
+
+@rows.compiled
+def put(small, matrix, stride, buffer, large):
+    """large (N, H, H, C): what small (N * h * h, c) is of, windows added where they overlap."""
+    if buffer.shape[3] == 1 and stride == 1:
+        np.dot(small, matrix, as_points(large))
+    else:
+        np.dot(small, matrix, buffer.reshape(-1, matrix.shape[1]))
+        add(buffer, stride, large)
+
+
+@rows.compiled
+def add_product(left, right, total):
+    """total (a, b) += left^T right, of left (n, a) and right (n, b)."""
+    found = np.dot(left.T, right)
+    for i in range(total.shape[0]):
+        for j in range(total.shape[1]):
+            total[i, j] += found[i, j]
