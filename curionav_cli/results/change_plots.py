@@ -15,7 +15,8 @@ from curionav_cli.results.changes import Seen
 from curionav_cli.results.lettering import columns_for, legible, wrapped
 from curionav_cli.results.plots import OTHERS, STYLES, Look
 
-STRETCHES = 20
+STRETCHES = 20  # of the longest run; those of the others are as long
+LEAST = 10  # episodes for which surprise at an age is drawn
 GREY = "#6b7280"
 
 
@@ -24,14 +25,14 @@ def figure(runs: Sequence[Seen], env: str) -> Figure:
     drawn = Figure((9.6, 3.6), layout="constrained")
     left, middle, right = drawn.subplots(1, 3)
     names, named = arms(runs), set[str]()
-    chosen = looks(runs, names)
+    chosen, longest = looks(runs, names), max(len(one.age) for one in runs)
     for one, name in zip(runs, names):
         curve, look = one.run.curve, chosen[name]
         left.plot([0, *curve.found, curve.steps], [0, *(100 * curve.at(curve.found) / curve.cells),
                                                    100 * len(curve.found) / curve.cells], **styled(look),
                   label=None if name in named else name)
         named.add(name)
-        middle.plot(*near(one), **styled(look))
+        middle.plot(*near(one, max(1, round(STRETCHES * len(one.age) / longest))), **styled(look))
         by_age(right, one, look)
     right.axhline(1.0, color=GREY, linestyle=":", linewidth=1.0)
     for axes, title, x, y in ((left, "a  coverage", "steps", "share of the floor's cells (%)"),
@@ -73,15 +74,16 @@ def styled(look: Look) -> dict[str, Any]:
     return {"color": look.color, "linestyle": look.dashes, "linewidth": 1.4}
 
 
-def near(one: Seen) -> tuple[np.ndarray, np.ndarray]:
+def near(one: Seen, stretches: int) -> tuple[np.ndarray, np.ndarray]:
     """Steps, and the share of steps near what just moved, %."""
-    steps, share = changes.shares(one, STRETCHES)
+    steps, share = changes.shares(one, stretches)
     return steps, 100 * share
 
 
 def by_age(axes: Axes, one: Seen, look: Look) -> None:
-    """Draw relative surprise by age, with its interval."""
-    rows = [row for row in changes.age_rows(one) if row["relative"] is not None and row["number"] != changes.ELSEWHERE]
+    """Draw relative surprise by age, with its interval, where there are LEAST episodes."""
+    rows = [row for row in changes.age_rows(one) if row["relative"] is not None and row["number"] != changes.ELSEWHERE
+            and row["episodes"] >= LEAST]
     if rows:
         values = [row["relative"] for row in rows]
         bars = [[each.value - each.low for each in values], [each.high - each.value for each in values]]
