@@ -102,6 +102,18 @@ class Exploration:
         loop = self.settings.loop
         return Keeping(self.run, loop.keep, agent.every, newest_drawn(agent, loop))
 
+    def replay(self, agent: Agent, more: bool) -> Replay:
+        """The stored episodes that the learner may draw, if `more` follow; one that holds a single episode begins empty,
+        as the next takes its place."""
+        loop, newest = self.settings.loop, newest_drawn(agent, self.settings.loop)
+        stored = self.run.episode_paths() if agent.learns and not self.remote and more else []
+        replaced = len(stored) if newest == 1 else 0
+        replay = Replay.open(stored[replaced:], memory=loop.replay_memory * 1e9, folder=self.run.path,
+                             every=agent.every, newest=newest)
+        if replaced:
+            replay.pass_over(replaced)
+        return replay
+
     def tidy(self) -> None:
         """Remove the images of a run that is done, where loop.keep keeps fewer than it did."""
         if read_settings(self.run.config).loop.keep is not self.settings.loop.keep:
@@ -116,9 +128,7 @@ class Exploration:
         coverage = cover(run.plan, run.poses())
         more, kept = first < loop.episodes, self.keeping(agent)
         kept.catch_up(first)
-        stored = run.episode_paths() if agent.learns and not self.remote and more else []
-        with closing(Replay.open(stored, memory=loop.replay_memory * 1e9, folder=run.path, every=agent.every,
-                                 newest=newest_drawn(agent, loop))) as replay, \
+        with closing(self.replay(agent, more)) as replay, \
                 closing(line(label, first, loop.episodes)) as progress, closing(self.env(first)) as env:
             recorder = Recorder(run, env, agent, None if self.remote else replay, self.fixed, logger,
                                 prober(self.settings, self.fixed, self.world, agent, run.path),

@@ -124,6 +124,9 @@ def test_a_bounded_replay_is_resumed_to_the_same_bytes(tmp_path, warm):
     ours, theirs = leftovers(tmp_path / "run"), leftovers(tmp_path / "killed")
     assert [name for name in theirs if ours[name] != theirs[name]] == []
     assert (ours["replay"]["episodes"], ours["replay"]["steps"]) == (1, 16)
+    longer = warm("", "resume", str(tmp_path / "run"), "loop.episodes=6", program=PROGRAM)  # no image is needed for it
+    assert longer.returncode == 0, longer.stderr
+    assert RunFolder(tmp_path / "run").status["episode"] == 6
     changed = warm("", "resume", str(tmp_path / "run"), "loop.replay_episodes=2", program=PROGRAM)
     assert changed.returncode == 2 and "loop.replay_episodes" in changed.stderr
     stored = warm("", *words, "learner=remote", f"storage=file://{tmp_path / 'store'}", program=PROGRAM)
