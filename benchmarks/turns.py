@@ -1,7 +1,7 @@
 """This checkout and an older one in turns: start-up, a whole episode, C-BET, the large map. One table, one command.
 
     git worktree add --detach /tmp/old 7cd86ae
-    .venv/bin/python benchmarks/turns.py /tmp/old --write    # n = 8, about 10 CPU-minutes; --turns 3: 4
+    .venv/bin/python benchmarks/turns.py /tmp/old --write    # n = 8, about 16 CPU-minutes; --turns 3: 7
     .venv/bin/python benchmarks/turns.py /tmp/old --only map
 
 Each turn runs every row once with the old code and once with this, one thread, so that a machine that is shared slows
