@@ -103,8 +103,9 @@ class Exploration:
         return Keeping(self.run, loop.keep, agent.every, newest_drawn(agent, loop))
 
     def replay(self, agent: Agent, more: bool) -> Replay:
-        """The stored episodes that the learner may draw, if `more` follow. A replay of a single episode begins empty, as
-        the next one takes its place.
+        """The stored episodes that the learner may draw, if `more` follow.
+
+        A replay of a single episode begins empty, as the next one takes its place.
         """
         loop, newest = self.settings.loop, newest_drawn(agent, self.settings.loop)
         stored = self.run.episode_paths() if agent.learns and not self.remote and more else []
