@@ -7,12 +7,14 @@ begins or is resumed.
 from __future__ import annotations
 
 import hashlib
+import json
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 import yaml
 
+from curionav_cli.files import read_json
 from curionav_cli.safe_yaml import LOADER
 from curionav_cli.storage.run_folder import RunFolder
 
@@ -40,8 +42,10 @@ def step_of(row: dict[str, Any]) -> int:
 
 def identity(run: RunFolder) -> str:
     """A name of 16 hexadecimal digits for the run, the same whenever it is resumed, also where its sweep was moved."""
-    about = run.path / "run.json"
-    seen = about.read_bytes() if about.exists() else b""
+    path = run.path / "run.json"
+    about = read_json(path) if path.exists() else {}
+    about.pop("resumed", None)
+    seen = json.dumps(about, indent=2).encode() if about else b""
     return hashlib.sha256(run.path.resolve().name.encode() + b"\0" + seen).hexdigest()[:16]
 
 
