@@ -67,7 +67,7 @@ def turns(contenders: dict[str, tuple[str, str]], world: str, run: str, episodes
 
 
 def table(world: str, answers: dict[str, list[list]]) -> list[str]:
-    """The rows of a world; the ratio is the median over turns of those to the first contender's."""
+    """The rows of a world; the ratio is the median over turns of those to the first contender's, numpy's before."""
     spent = {name: np.array([answer[0] for answer in found]) for name, found in answers.items()}
     base, *_ = spent.values()
     visited = [answer[2] for answer in next(iter(answers.values()))]
@@ -88,14 +88,14 @@ def main() -> None:
     parser.add_argument("--write", action="store_true", help="put the table into benchmarks/RESULTS.md")
     options = parser.parse_args()
     before = os.getloadavg()[0]
-    contenders = {"older commit": (options.old, "numba"), "numpy's searches": (str(HERE), "numpy"),
-                  "numba's searches": (str(HERE), "numba")}
+    contenders = {f"{engine}'s searches, {age} commit": (tree, engine)
+                  for engine in ("numpy", "numba") for age, tree in (("older", options.old), ("this", str(HERE)))}
     places = [(world, "") for world in options.worlds] + [("large_lab", options.late)] * bool(options.late)
     rows = [line for place in places for line in table(place[0], turns(contenders, *place, options.episodes))]
     text = "\n".join([
         f"{machine()}, {date.today()}; {options.episodes} episodes of 500 steps each, one thread, the same actions in "
-        f"all three; load average {before:.1f} before and {os.getloadavg()[0]:.1f} after.", "",
-        "| world, cells visited | mapper | CPU-ms a step | quartiles | x older commit |", "|---|---|---|---|---|",
+        f"all four; load average {before:.1f} before and {os.getloadavg()[0]:.1f} after.", "",
+        "| world, cells visited | mapper | CPU-ms a step | quartiles | x the first |", "|---|---|---|---|---|",
         *rows])
     print(text)
     if options.write:

@@ -74,11 +74,11 @@ class Lattice:
         To be closed when enough was seen. If it ends by itself, `reached` is set.
         """
         pose, looked = np.array([[x, y, heading]], np.float64), []
-        place = lattice_numpy.places(pose, self.free.shape, self.cell)
-        self.reached, wave = 0, grower(Lattice.searched)
+        place = self._place(x, y, heading)
+        self.reached, wave = 0, grower(Lattice.searched)(self.free, self.seen, self.cell, self.dx, self.dy)
         try:
             while len(pose):
-                pose, place, action, parent = wave(pose, place, self.free, self.seen, self.cell, self.dx, self.dy)
+                pose, place, action, parent = wave(pose, place)
                 looked.append(place)
                 links.append((action, parent))
                 yield place // HEADINGS
@@ -88,43 +88,47 @@ class Lattice:
                 self.seen[place] = False
                 Lattice.searched += len(place)
 
+    def _place(self, x: float, y: float, heading: int) -> np.ndarray:
+        """(1,) the place of a pose."""
+        return lattice_numpy.places(np.array([x]), np.array([y]), heading, self.free.shape, self.cell)
+
     def _nearest(self, cell: np.ndarray, actions: int) -> tuple[float, int, int]:
         """Of the cells (n,) of a wave the best goal: (actions with what is added, wave, row); infinite without one."""
-        new = np.flatnonzero(self.goal.flat[cell])
+        new = np.flatnonzero(self.goal.reshape(-1)[cell])
         if not len(new):
             return math.inf, 0, 0
-        cost = actions + self.further.flat[cell[new]]
+        cost = actions + self.further.reshape(-1)[cell[new]]
         row = int(cost.argmin())
         return float(cost[row]), actions, int(new[row])
 
     def _least(self, x: float, y: float) -> int:
         """The least that `further` adds to a cell of `goal` that hangs together with (x, y): a bound on all that the
         search can find."""
-        at = lattice_numpy.places(np.array([[x, y, 0.0]]), self.free.shape, self.cell)[0] // HEADINGS
+        at = self._place(x, y, 0)[0] // HEADINGS
         passable = self.free.astype(np.uint8)
         passable.flat[at] = 1
         _, label = cv2.connectedComponents(passable, connectivity=8)
         return int(self.further[self.goal & (label == label.flat[at])].min(initial=np.iinfo(np.int16).max))
 
 
-def grower(searched: int) -> Callable[..., lattice_numpy.Found]:
-    """What does a wave, once this process has found so many poses.
+def grower(searched: int) -> Callable[..., Callable[..., lattice_numpy.Found]]:
+    """What does the waves of a search, once this process has found so many poses.
 
     numba's code where it is installed (the extra `fast`) and either loaded already, as by env.engine=numba, or worth
     loading; else numpy's.
     """
-    return _compiled() if searched > PAYS or "numba" in sys.modules else lattice_numpy.wave
+    return _compiled() if searched > PAYS or "numba" in sys.modules else lattice_numpy.Waves
 
 
 @cache
-def _compiled() -> Callable[..., lattice_numpy.Found]:
+def _compiled() -> Callable[..., Callable[..., lattice_numpy.Found]]:
     try:
-        from curionav_cli.agents.lattice_numba import wave
+        from curionav_cli.agents.lattice_numba import Waves
     except ImportError:
         log.info("Ways are searched by numpy; with the extra `fast` the same ones are found in a quarter of the time.")
-        return lattice_numpy.wave
+        return lattice_numpy.Waves
     log.info("Ways are searched by numba from here on, which chooses the same ones as numpy.")
-    return wave
+    return Waves
 
 
 def trace(links: Links, row: int) -> list[int]:

@@ -1,4 +1,4 @@
-"""A wave of the search over poses (lattice.py), compiled by numba (the extra `fast`).
+"""The waves of a search over poses (lattice.py), compiled by numba (the extra `fast`).
 
 The same poses, in the same order, to the bit: each number is computed by the same operations in the same order, and
 nothing is fused or reordered (no fastmath).
@@ -11,6 +11,7 @@ import math
 import numpy as np
 from numba import njit
 
+from curionav_cli.agents.lattice_numpy import Found
 from curionav_cli.constants import FORWARD, HEADINGS, LEFT, RIGHT
 
 compiled = njit(cache=True, nogil=True, error_model="numpy")
@@ -66,7 +67,7 @@ def is_clear(free, cell, x, y, dx, dy):
 
 @compiled
 def wave(pose, place, free, seen, cell, dx, dy):
-    """All new poses one action further; arguments and result as of lattice_numpy.wave."""
+    """All new poses one action further, in the order of lattice_numpy.Waves."""
     rows, columns = free.shape
     found, places = np.empty((3 * len(pose), 3)), np.empty(3 * len(pose), np.int64)
     action, parent = np.empty(3 * len(pose), np.int64), np.empty(3 * len(pose), np.int64)
@@ -88,3 +89,13 @@ def wave(pose, place, free, seen, cell, dx, dy):
             places[count], action[count], parent[count] = at, kind, i
             count += 1
     return found[:count], places[:count], action[:count], parent[:count]
+
+
+class Waves:
+    """What a search calls for each wave; arguments and results as of lattice_numpy.Waves."""
+
+    def __init__(self, *held: np.ndarray | float):
+        self.held = held
+
+    def __call__(self, pose: np.ndarray, place: np.ndarray) -> Found:
+        return wave(pose, place, *self.held)

@@ -24,7 +24,7 @@ def complete(ctx: typer.Context, incomplete: str) -> list[str]:
     word, replaced = incomplete, incomplete
     bash = shell_words()
     if bash:
-        words, word = [word for word in bash[0][2:-1] if "=" in word], bash[0][-1]
+        words, word = bash[0][2:-1], bash[0][-1]
         replaced = bash[1]
     kept = len(word) - len(replaced)
     found = completions(str(ctx.info_name), words, word, ctx.params.get("config_dir"))

@@ -9,9 +9,9 @@ from collections.abc import Iterator
 import numpy as np
 import pytest
 
-from curionav_cli.agents import lattice
+from curionav_cli.agents import lattice, lattice_numpy
 from curionav_cli.agents.lattice import PAYS, Lattice, grower
-from curionav_cli.agents.lattice_numpy import places, wave
+from curionav_cli.agents.lattice_numpy import Waves
 from curionav_cli.constants import ACTIONS, FORWARD, HEADINGS
 from curionav_cli.world.motion import moved
 
@@ -56,19 +56,23 @@ def by_definition(made: Lattice, x: float, y: float, heading: int) -> tuple[list
     return best[1], len({at[:2] for at in seen})
 
 
-def waves_of(made: Lattice, x: float, y: float, heading: int, wave) -> Iterator[tuple[np.ndarray, ...]]:
+def waves_of(made: Lattice, x: float, y: float, heading: int, waves: type) -> Iterator[tuple[np.ndarray, ...]]:
     """Poses, places, actions and parents of every wave, until no pose is new."""
     pose, seen = np.array([[x, y, heading]]), np.zeros(made.free.size * HEADINGS, bool)
-    place = places(pose, made.free.shape, made.cell)
+    place, wave = made._place(x, y, heading), waves(made.free, seen, made.cell, made.dx, made.dy)
     while len(pose):
-        pose, place, *_ = found = wave(pose, place, made.free, seen, made.cell, made.dx, made.dy)
+        pose, place, *_ = found = wave(pose, place)
         yield found
 
 
-@pytest.mark.parametrize("engine", ["numpy", "numba"])
-def test_it_is_the_search_by_its_definition(engine: str, monkeypatch) -> None:
+@pytest.mark.parametrize(("engine", "at_once"), [("numpy", False), ("numpy", True), ("numba", False)])
+def test_it_is_the_search_by_its_definition(engine: str, at_once: bool, monkeypatch) -> None:
+    """at_once: numpy's waves as when they are large."""
     module = pytest.importorskip(f"curionav_cli.agents.lattice_{engine}", reason="the extra curionav[fast] is missing")
-    monkeypatch.setattr(lattice, "grower", lambda searched: module.wave)
+    if at_once:
+        monkeypatch.setattr(lattice_numpy, "FEW", 0)
+        monkeypatch.setattr(lattice_numpy, "MANY", 0)
+    monkeypatch.setattr(lattice, "grower", lambda searched: module.Waves)
     found = 0
     for made, at in grids(16, 6):
         way, looked = by_definition(made, *at)
@@ -83,7 +87,7 @@ def test_numba_finds_the_same_poses_to_the_bit() -> None:
     fast = pytest.importorskip("curionav_cli.agents.lattice_numba", reason="the extra curionav[fast] is missing")
     count = 0
     for made, at in grids(12, 14):
-        for ours, theirs in zip(waves_of(made, *at, wave), waves_of(made, *at, fast.wave), strict=True):
+        for ours, theirs in zip(waves_of(made, *at, Waves), waves_of(made, *at, fast.Waves), strict=True):
             for one, other in zip(ours, theirs, strict=True):
                 assert one.dtype == other.dtype and one.tobytes() == other.tobytes()
             count += len(ours[0])
@@ -93,10 +97,10 @@ def test_numba_finds_the_same_poses_to_the_bit() -> None:
 def test_numba_is_loaded_where_that_pays(monkeypatch) -> None:
     """At once where it is loaded already, else after many poses; numpy goes on where it is not installed."""
     fast = pytest.importorskip("curionav_cli.agents.lattice_numba", reason="the extra curionav[fast] is missing")
-    assert grower(0) is fast.wave
+    assert grower(0) is fast.Waves
     monkeypatch.delitem(sys.modules, "numba")
-    assert grower(0) is wave and grower(PAYS + 1) is fast.wave
+    assert grower(0) is Waves and grower(PAYS + 1) is fast.Waves
     monkeypatch.setitem(sys.modules, "curionav_cli.agents.lattice_numba", None)
     lattice._compiled.cache_clear()
-    assert grower(PAYS + 1) is wave
+    assert grower(PAYS + 1) is Waves
     lattice._compiled.cache_clear()

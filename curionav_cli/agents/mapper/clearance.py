@@ -10,6 +10,10 @@ import math
 
 import numpy as np
 
+from curionav_cli.robot.occupancy import INSIDE
+
+ROUNDED = 1e-3  # cells, by which returns may be off, as they are kept in float32
+
 
 class Clearance:
     """Counts the obstacles within `radius` metres of each cell's centre, cells of `cell` metres.
@@ -20,9 +24,11 @@ class Clearance:
 
     def __init__(self, shape: tuple[int, int], cell: float, radius: float):
         self.limit = radius / cell
-        most = math.ceil(self.limit + 0.5)
-        across = np.arange(-most, most + 1)
-        self._offset = np.stack(np.meshgrid(across, across, indexing="ij"), -1).reshape(-1, 2)  # (K, 2)
+        off = 0.5 + INSIDE / cell  # cells, at most, from a return to the middle of its cell, along either axis
+        across = np.arange(-math.floor(self.limit + off), math.floor(self.limit + off) + 1)
+        offset = np.stack(np.meshgrid(across, across, indexing="ij"), -1).reshape(-1, 2)
+        least = np.hypot(*np.maximum(np.abs(offset) - off, 0.0).T)
+        self._offset = offset[least <= self.limit + ROUNDED]  # (K, 2), of all cells that may lie within the radius
         self.point, self.count = np.zeros((*shape, 2), np.float32), np.zeros(shape, np.int16)
         self._held = np.zeros(shape, bool)  # the cells that are counted
 

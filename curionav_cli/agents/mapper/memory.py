@@ -148,7 +148,7 @@ class Memory:
         """(rows, columns) bool: where the robot's centre may be. What is unknown is free until it is seen."""
         if self._free is None:
             free = self.clearance.count == 0
-            tight, closed = np.flatnonzero(self.passed & ~free), np.flatnonzero(self.closed)
+            tight, closed = np.flatnonzero(self.passed > free), np.flatnonzero(self.closed)
             free.flat[tight] = ~self._beside(tight, self._core)
             free.flat[closed[self._beside(closed, self._around)]] = False
             self._free = free
@@ -157,9 +157,10 @@ class Memory:
     def _beside(self, cells: np.ndarray, disc: np.ndarray) -> np.ndarray:
         """(n,) bool: does an occupied cell lie within a disc (K, 2) around these cells, flat indices (n,)?"""
         rows, columns = self.map.odds.shape
-        at = np.stack(np.divmod(cells, columns), 1)[:, None] + disc  # (n, K, 2)
-        row, column = np.clip(at[..., 0], 0, rows - 1), np.clip(at[..., 1], 0, columns - 1)
-        return (self.map.odds[row, column] > OCCUPIED).any(axis=1)
+        at = np.divmod(cells, columns)
+        row = np.minimum(np.maximum(at[0][:, None] + disc[:, 0], 0), rows - 1)  # (n, K)
+        column = np.minimum(np.maximum(at[1][:, None] + disc[:, 1], 0), columns - 1)
+        return (self.map.odds.reshape(-1)[row * columns + column] > OCCUPIED).any(axis=1)
 
     def _grow(self) -> None:
         row, column = (round((self._corner[axis] - self.map.corner[axis]) / self.cell) for axis in (1, 0))

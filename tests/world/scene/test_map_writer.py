@@ -38,6 +38,23 @@ def test_the_files_are_what_map_saver_writes(tmp_path: Path) -> None:
     assert sorted(file.suffix for file in tmp_path.iterdir()) == [".pgm", ".yaml"]
 
 
+def test_the_files_are_read_alike_by_the_rules_of_nav2_then_and_now(tmp_path: Path) -> None:
+    """Every key that nav2_map_server's map_io.cpp asks for, of its type, and greys on the same side of both thresholds
+    whether these are exclusive (until 1.3.7, in double) or inclusive (since, in float)."""
+    write_map(tmp_path / "map.yaml", np.array([[FREE, OCCUPIED, UNKNOWN]]), 1e-5, Pose(-1e-7, 1e16, -0.5))
+    text = (tmp_path / "map.yaml").read_text()
+    held = dict(line.split(": ", 1) for line in text.splitlines())
+    assert held == {"image": '"map.pgm"', "mode": "trinary", "resolution": "1e-05",
+                    "origin": "[-1e-07, 1e+16, -0.5]", "negate": "0", "occupied_thresh": "0.65",
+                    "free_thresh": "0.196"}
+    grey = np.frombuffer((tmp_path / "map.pgm").read_bytes()[-3:], np.uint8)
+    for kind in (np.float32, np.float64):
+        free, occupied = kind(0.196), kind(0.65)
+        share = 1 - grey.astype(kind) / kind(255)
+        assert [*(share < free)] == [*(share <= free)] == [True, False, False]
+        assert [*(share > occupied)] == [*(share >= occupied)] == [False, True, False]
+
+
 def test_other_values_are_refused_and_nothing_is_written(tmp_path: Path) -> None:
     with pytest.raises(ValueError, match="one of 0, 100, -1"):
         write_map(tmp_path / "map.yaml", np.array([[0, 50]]), 0.05)
