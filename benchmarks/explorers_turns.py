@@ -1,6 +1,6 @@
 """What a step costs the mapping explorer, early in a run and late, where little is left: two commits in turns.
 
-    git worktree add --detach /tmp/old 82c13f6
+    git worktree add --detach /tmp/old 9ac5a52
     curionav explore env=large_lab agent=mapper robot=ideal env.engine=numba loop.episodes=142 loop.keep=poses seed=0
     OMP_NUM_THREADS=1 python benchmarks/explorers_turns.py /tmp/old --late RUN --write    # RUN: the folder of that run
 
