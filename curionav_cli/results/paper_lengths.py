@@ -25,7 +25,7 @@ COUNTS = (10_000, 30_000, 100_000, 200_000, 400_000, 600_000, 1_000_000, 2_000_0
 RUN_COLUMNS: Columns = (
     ("env", "env", "{}"), ("arm", "arm", "{}"), ("seed", "seed", "{}"), ("commit", "commit", "{}"),
     ("steps", "steps", "{:,}"), ("the paper's", "planned", "{:,}"), ("CPU-hours", "hours", "{:.2f}"),
-    ("disk, GB", "disk", "{:.2f}"), ("state", "state", "{}"), ("error", "error", "{}"), ("folder", "folder", "{}"))
+    ("memory, GB", "memory", "{:.2f}"), ("disk, GB", "disk", "{:.2f}"), ("state", "state", "{}"), ("error", "error", "{}"), ("folder", "folder", "{}"))
 COVERAGE_COLUMNS: Columns = (
     ("env", "env", "{}"), ("arm", "arm", "{}"), ("seed", "seed", "{}"),
     *((f"{count:,}", f"coverage_at_{count}", "{:.1%}") for count in COUNTS), ("steps", "steps", "{:,}"),
@@ -66,7 +66,7 @@ def drawn(comparison: Comparison) -> list[Drawn]:
 def rows(runs: Sequence[Drawn]) -> list[Row]:
     """A row for each run: how far it came of the paper's steps, by which commits, and what it cost."""
     return [{"env": one.env, "arm": one.arm, "seed": one.run.seed, "steps": one.run.steps, "planned": one.planned,
-             "hours": hours(one.run.folder), "error": one.run.error or None, **about(one.run.folder)} for one in runs]
+             **cost(one.run.folder), "error": one.run.error or None, **about(one.run.folder)} for one in runs]
 
 
 def begun_only(folders: Sequence[Path]) -> list[Row]:
@@ -82,11 +82,12 @@ def begun_only(folders: Sequence[Path]) -> list[Row]:
     return found
 
 
-def hours(folder: Path) -> float | None:
-    """CPU-hours of acting and learning; None where they were not noted."""
+def cost(folder: Path) -> dict[str, float | None]:
+    """CPU-hours of acting and learning, and the peak of memory in GB; None where they were not noted."""
     metrics = RunFolder(folder).metrics()
-    seconds = known(spent(metrics)["cpu_seconds"][-1])
-    return None if seconds is None or not metrics else seconds / 3600
+    noted = {key: known(sums[-1]) if metrics else None for key, sums in spent(metrics).items()}
+    seconds = noted["cpu_seconds"]
+    return {"hours": None if seconds is None else seconds / 3600, "memory": noted["memory"]}
 
 
 def about(folder: Path) -> dict[str, Any]:
