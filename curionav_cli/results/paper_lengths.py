@@ -14,7 +14,7 @@ from curionav_cli.results.comparison.comparison import TWICE, Comparison, measur
 from curionav_cli.results.comparison.run_summaries import RunSummary
 from curionav_cli.results.labels import scene_name
 from curionav_cli.results.runs import Run, known, spent
-from curionav_cli.results.tables import Columns, Row
+from curionav_cli.results.tables import Columns, Row, percent
 from curionav_cli.storage.run_folder import RunFolder
 
 APARTMENTS = ("apartment_0", "apartment_1", "apartment_2")
@@ -25,7 +25,11 @@ COUNTS = (10_000, 30_000, 100_000, 200_000, 400_000, 600_000, 1_000_000, 2_000_0
 RUN_COLUMNS: Columns = (
     ("env", "env", "{}"), ("arm", "arm", "{}"), ("seed", "seed", "{}"), ("commit", "commit", "{}"),
     ("steps", "steps", "{:,}"), ("the paper's", "planned", "{:,}"), ("CPU-hours", "hours", "{:.2f}"),
-    ("memory, GB", "memory", "{:.2f}"), ("disk, GB", "disk", "{:.2f}"), ("state", "state", "{}"), ("error", "error", "{}"), ("folder", "folder", "{}"))
+    ("memory, GB", "memory", "{:.2f}"), ("disk, GB", "disk", "{:.2f}"), ("state", "state", "{}"),
+    ("error", "error", "{}"), ("folder", "folder", "{}"))
+ARM_COLUMNS: Columns = (
+    ("env", "env", "{}"), ("arm", "arm", "{}"), ("n", "n", "{}"),
+    *((f"{count:,}", f"coverage_at_{count}", "{}") for count in COUNTS))
 COVERAGE_COLUMNS: Columns = (
     ("env", "env", "{}"), ("arm", "arm", "{}"), ("seed", "seed", "{}"),
     *((f"{count:,}", f"coverage_at_{count}", "{:.1%}") for count in COUNTS), ("steps", "steps", "{:,}"),
@@ -127,3 +131,22 @@ def coverages(runs: Sequence[Drawn]) -> list[Row]:
     return [{"env": one.env, "arm": one.arm, "seed": one.run.seed, "steps": one.run.steps,
              **{key: value for key, value in measures(one.run, one.run.steps, COUNTS).items() if "steps" not in key}}
             for one in runs]
+
+
+def arm_coverages(runs: Sequence[Drawn]) -> list[Row]:
+    """A row for each arm in each environment: mean and range of its runs' coverage at the reported steps."""
+    found: dict[tuple[str, str], list[RunSummary]] = {}
+    for one in runs:
+        found.setdefault((one.env, one.arm), []).append(one.run)
+    return [{"env": env, "arm": arm, "n": len(same),
+             **{f"coverage_at_{count}": words for count in COUNTS if (words := mean_and_range(same, count))}}
+            for (env, arm), same in found.items()]
+
+
+def mean_and_range(runs: Sequence[RunSummary], steps: int) -> str:
+    """Coverage after so many steps of the runs that reached them, as '39.6% (39.3% to 39.9%)'; empty without one."""
+    each = [int(run.curve.at(steps)) / run.curve.cells for run in runs if run.steps >= steps]
+    if not each:
+        return ""
+    spread = f" ({percent(min(each))} to {percent(max(each))})" if len(each) > 1 else ""
+    return f"{percent(sum(each) / len(each))}{spread}{f', n = {len(each)}' if len(each) < len(runs) else ''}"

@@ -29,8 +29,8 @@ def test_a_row_has_what_the_run_cost_and_where_it_is(a_run):
     run = a_run(about={"git_commit": "6da19c9ee84f"}, rows=[seconds, seconds])
     [row] = paper_lengths.rows(paper_lengths.named(compare([a_summary("large_lab", steps=1000, folder=run.path)])))
     size = sum(path.stat().st_size for path in run.path.rglob("*") if path.is_file())
-    assert row == {"env": "large_lab", "arm": "lbs_dreamer", "seed": 0, "steps": 1000, "planned": 600_000, "hours": 1.0, "memory": 0.5,
-                   "state": "interrupted", "commit": "6da19c9", "disk": size / 1e9, "error": None,
+    assert row == {"env": "large_lab", "arm": "lbs_dreamer", "seed": 0, "steps": 1000, "planned": 600_000, "hours": 1.0,
+                   "memory": 0.5, "state": "interrupted", "commit": "6da19c9", "disk": size / 1e9, "error": None,
                    "folder": str(run.path)}
 
 
@@ -42,7 +42,8 @@ def test_a_run_without_a_finished_episode_stands_there_too(a_run, tmp_path):
     (tmp_path / "3" / "run.json").unlink()
     (tmp_path / "3" / "status.json").write_text("{")
     [row] = paper_lengths.rows(paper_lengths.named(compare([a_summary("large_lab", folder=tmp_path / "3")])))
-    assert (row["state"], row["commit"], row["hours"], row["memory"]) == ("unknown", None, None, None), "what is left of it"
+    left = {key: row[key] for key in ("state", "commit", "hours", "memory")}
+    assert left == {"state": "unknown", "commit": None, "hours": None, "memory": None}, "what is left of it"
 
 
 def test_every_commit_that_went_on_is_named_and_from_where():

@@ -29,7 +29,8 @@ RUNS = (("env", "env", "{}"), ("arm", "arm", "{}"), ("seed", "seed", "{}"), ("st
         ("coverage", "coverage", "{:.1%}"), ("area", "area_under_curve", "{:#.3g}"), ("steps", "steps", "{:,}"),
         ("to 50 %", "steps_to_50", "{:,}"), ("to 80 %", "steps_to_80", "{:,}"), ("to 90 %", "steps_to_90", "{:,}"),
         ("to 99 %", "steps_to_99", "{:,}"), ("explored", "steps_to_explored", "{:,}"),
-        ("CPU s", "cpu_seconds", "{:,.1f}"), ("memory, GB", "memory", "{:.2f}"), ("left out", "left_out", "{}"), ("gaps", "gaps", "{}"),
+        ("CPU s", "cpu_seconds", "{:,.1f}"), ("memory, GB", "memory", "{:.2f}"),
+        ("left out", "left_out", "{}"), ("gaps", "gaps", "{}"),
         ("error", "error", "{}"), ("folder", "folder", "{}"))
 VERSIONS = (("what", "what", "{}"), ("value", "value", "{}"), ("runs", "n", "{:,}"))
 
