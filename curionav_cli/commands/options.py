@@ -113,7 +113,7 @@ PaperWords = Annotated[list[str] | None, folders(
     "changes: what moved objects do to surprise and coverage.")]
 PaperOut = Annotated[str | None, option("paper", "out", f"{OUT} Default: the current one.")]
 PaperPage = Annotated[str | None, option(
-    "paper", "page", "figures, changes: Markdown pages, comma-separated; their blocks are written anew.")]
+    "paper", "page", "figures, changes: Markdown pages, comma-separated, whose blocks get the tables and pictures.")]
 
 Profile = Annotated[str, typer.Argument(metavar="PROFILE", help="turtlebot2i, turtlebot3, turtlebot4, or your own.")]
 RobotWords = Annotated[list[str] | None, typer.Argument(

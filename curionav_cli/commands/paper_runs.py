@@ -42,7 +42,7 @@ VERDICTS = (
 def run(what: str, folders: Sequence[Path], out: Path, console: Console, command: str, pages: Sequence[Path]) -> int:
     """Draw and write what one of `figures` and `changes` is; returns the exit code.
 
-    command: the line that was typed. pages: Markdown pages in whose blocks the same is written.
+    command: the line that was typed. pages: Markdown pages whose blocks get the tables, instead of a page in out.
     """
     before = {page: page_blocks.opened(page, what, paper_page.NAMES[what]) for page in pages}
     out.mkdir(parents=True, exist_ok=True)
@@ -50,14 +50,15 @@ def run(what: str, folders: Sequence[Path], out: Path, console: Console, command
     for part in parts:
         print_columns(part.rows, part.columns, console, [heading for heading, _, _ in part.columns], part.title)
         write_text(out / f"{part.name}.csv", tables.comma_separated(part.rows))
-    write_text(out / f"{what}.md", "\n".join(tables.markdown(part.rows, part.columns, part.title) for part in parts))
-    for line in lost:
-        console.print(line, soft_wrap=True, highlight=False, markup=False)
+    if not pages:
+        made.append(f"{what}.md")
+        write_text(out / made[-1], "\n".join(tables.markdown(part.rows, part.columns, part.title) for part in parts))
     for page, text in before.items():
-        write_text(page, page_blocks.filled(text, paper_page.blocks(what, command, parts, paper_page.pictures(
-            made, out, page.parent))))
-        console.print(f"{page}: its blocks are written anew.", soft_wrap=True, highlight=False, markup=False)
-    print_files(console, out, [*made, f"{what}.md", *(f"{part.name}.csv" for part in parts)])
+        drawn = paper_page.pictures(made, out, page.parent)
+        write_text(page, page_blocks.filled(text, paper_page.blocks(what, command, parts, drawn)))
+    for line in [*lost, *(f"{page}: its blocks are written anew." for page in pages)]:
+        console.print(line, soft_wrap=True, highlight=False, markup=False)
+    print_files(console, out, [*made, *(f"{part.name}.csv" for part in parts)])
     return 0
 
 

@@ -25,7 +25,7 @@ COUNTS = (10_000, 30_000, 100_000, 200_000, 400_000, 600_000, 1_000_000, 2_000_0
 RUN_COLUMNS: Columns = (
     ("env", "env", "{}"), ("arm", "arm", "{}"), ("seed", "seed", "{}"), ("commit", "commit", "{}"),
     ("steps", "steps", "{:,}"), ("the paper's", "planned", "{:,}"), ("CPU-hours", "hours", "{:.2f}"),
-    ("memory, GB", "memory", "{:.2f}"), ("disk, GB", "disk", "{:.2f}"), ("state", "state", "{}"),
+    ("memory, GB", "memory", "{:.2f}"), ("disk, GB", "disk", "{:.3f}"), ("state", "state", "{}"),
     ("error", "error", "{}"), ("folder", "folder", "{}"))
 ARM_COLUMNS: Columns = (
     ("env", "env", "{}"), ("arm", "arm", "{}"), ("n", "n", "{}"),
@@ -58,8 +58,11 @@ class Drawn(NamedTuple):
 
 
 def named(comparison: Comparison) -> list[Drawn]:
-    """Every run with its names."""
-    return [Drawn(env, arm, scene_name(run.env), run) for run, (env, arm) in comparison.names.items()]
+    """Every run with its names, by environment and arm in their order of appearance, and by seed."""
+    envs, arms = (list(dict.fromkeys(names)) for names in zip(*comparison.names.values()))
+    found = sorted(comparison.names.items(),
+                   key=lambda one: (envs.index(one[1][0]), arms.index(one[1][1]), str(one[0].seed)))
+    return [Drawn(env, arm, scene_name(run.env), run) for run, (env, arm) in found]
 
 
 def drawn(comparison: Comparison) -> list[Drawn]:
@@ -96,9 +99,16 @@ def cost(folder: Path) -> dict[str, float | None]:
 
 def about(folder: Path) -> dict[str, Any]:
     """State, commits, disk and place of the run in a folder."""
-    noted = folder / "run.json"
-    return {"state": Run(RunFolder(folder)).state, "commit": commits(read_json(noted) if noted.is_file() else {}),
+    return {"state": Run(RunFolder(folder)).state, "commit": noted_commits(folder / "run.json"),
             "disk": disk(folder) / 1e9, "folder": str(folder)}
+
+
+def noted_commits(path: Path) -> str | None:
+    """The commits that run.json notes; "unreadable" where it is broken, None where there is none."""
+    try:
+        return commits(read_json(path)) if path.is_file() else None
+    except RunFolderError:
+        return "unreadable"
 
 
 def disk(folder: Path) -> int:

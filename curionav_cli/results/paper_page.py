@@ -26,7 +26,7 @@ SECTION = (
     "## At the paper's lengths\n\n"
     "The paper's claims by the rules of docs/paper-length.md, which were declared before the runs. "
     "`curionav paper figures RUN... page=PAGE` writes what follows; `curionav paper numbers` leaves it as it is.\n\n"
-    + "\n\n".join(block("figures", name) for name in ("command", "verdicts", "against", "arms", "pictures")) + "\n")
+    + "\n\n".join(block("figures", name) for name in ("command", "verdicts", "pictures")) + "\n")
 
 
 def blocks(what: str, command: str, parts: Sequence[Table], drawn: str) -> Blocks:

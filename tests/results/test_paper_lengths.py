@@ -39,6 +39,8 @@ def test_a_run_without_a_finished_episode_stands_there_too(a_run, tmp_path):
     [row] = paper_lengths.begun_only([a_run(3, state="failed").path, tmp_path / "nothing"])
     assert (row["env"], row["arm"], row["seed"], row["steps"]) == ("large_lab", "bounce", 3, 0)
     assert (row["state"], row["error"], row["commit"]) == ("failed", "stopped by SIGTERM", None)
+    (tmp_path / "3" / "run.json").write_text("{")
+    assert paper_lengths.noted_commits(tmp_path / "3" / "run.json") == "unreadable"
     (tmp_path / "3" / "run.json").unlink()
     (tmp_path / "3" / "status.json").write_text("{")
     [row] = paper_lengths.rows(paper_lengths.named(compare([a_summary("large_lab", folder=tmp_path / "3")])))
@@ -76,3 +78,11 @@ def test_runs_of_one_arm_and_seed_are_drawn_once_and_listed_both():
     comparison = compare([a_summary(steps=10), a_summary(steps=20)])
     assert [one.run.steps for one in paper_lengths.named(comparison)] == [10, 20]
     assert [one.run.steps for one in paper_lengths.drawn(comparison)] == [20]
+
+
+def test_an_arm_has_the_mean_and_range_of_the_runs_that_went_so_far():
+    runs = [a_summary("large_lab", seed=0, steps=40_000, found=(0, 20_000)),
+            a_summary("large_lab", seed=1, steps=20_000, found=(0, 5, 6, 7))]
+    [row] = paper_lengths.arm_coverages(paper_lengths.drawn(compare(runs)))
+    assert row == {"env": "large_lab", "arm": "lbs_dreamer", "n": 2, "coverage_at_10000": "25.0% (10.0% to 40.0%)",
+                   "coverage_at_30000": "20.0%, n = 1"}
