@@ -23,7 +23,7 @@ def test_a_block_is_written_anew_and_again_and_the_rest_stays() -> None:
 @pytest.mark.parametrize(("text", "said"), [
     ("# Mine\n", "has no block"), (OTHERS, "has no block"),
     (page_blocks.block("figures", "verdict"), "has a block verdict. "),
-    (page_blocks.block("figures", "runs") + "\n" + page_blocks.MARK.format("figures", "arms"), "a block without an end"),
+    (PAGE.replace("changes: changes", "figures: arms").removesuffix("<!-- end -->\n"), "a block without an end"),
     (b"\xff\xfe", "not UTF-8"), (None, "No such file"),
 ])
 def test_a_page_that_cannot_be_written_into_is_named(tmp_path: Path, text: str | bytes | None, said: str) -> None:
