@@ -12,6 +12,7 @@ from tiny import LEARNER
 from curionav_cli.files import read_json
 from curionav_cli.options import Options
 from curionav_cli.records import Episode
+from curionav_cli.storage.run_folder import RunFolder
 
 # Kills its own process at a chosen moment of the third episode, as a power cut would.
 KILLED = DEADLY + """
@@ -90,6 +91,8 @@ def test_a_finished_run_returns_at_once_and_more_episodes_go_on_from_it(tmp_path
     assert [name for name in ours if ours[name] != undisturbed[name]] == []
     [resumed] = (about := read_json(run / "run.json"))["resumed"]
     assert resumed["episode"] == 2 and resumed["git_commit"] == about["git_commit"] and "numpy" not in resumed
+    peaks = [row["peak_memory"] for row in RunFolder(run).metrics()]
+    assert len(peaks) == 4 and all(1e8 < peak < 2e9 for peak in peaks)
 
 
 @pytest.fixture(scope="module")

@@ -112,6 +112,8 @@ PaperWords = Annotated[list[str] | None, folders(
     "server; of these runs: numbers: every number of the paper beside ours; figures: coverage at the paper's axes; "
     "changes: what moved objects do to surprise and coverage.")]
 PaperOut = Annotated[str | None, option("paper", "out", f"{OUT} Default: the current one.")]
+PaperPage = Annotated[str | None, option(
+    "paper", "page", "figures, changes: Markdown pages, comma-separated, whose blocks get the tables and pictures.")]
 
 Profile = Annotated[str, typer.Argument(metavar="PROFILE", help="turtlebot2i, turtlebot3, turtlebot4, or your own.")]
 RobotWords = Annotated[list[str] | None, typer.Argument(

@@ -16,8 +16,9 @@ from curionav_cli.config.compose import composed
 from curionav_cli.errors import ConfigError
 from curionav_cli.execution.screen import a_console
 from curionav_cli.files import folder_for
+from curionav_cli.places import place
 from curionav_cli.records import FloorPlan
-from curionav_cli.results import paper, paper_lengths, tables
+from curionav_cli.results import page_blocks, paper, paper_page, tables
 from curionav_cli.results.comparison import estimates
 from curionav_cli.results.comparison.comparison import Comparison
 from curionav_cli.results.comparison.comparison import compare as compared
@@ -29,7 +30,7 @@ from curionav_cli.storage.run_folder import RunFolder
 
 WHAT = ("hyperparameters", "sizes", "docking", "numbers", "figures", "changes")
 OF_RUNS = ("numbers", "figures", "changes")
-CHOICES: dict[str, tuple[str, ...]] = {"out": ()}
+CHOICES: dict[str, tuple[str, ...]] = {"out": (), "page": ()}
 PAGE = "paper-vs-ours.md"
 TITLES = {
     "protocol": "Episodes, steps, cells and battery.", "surfaces": "Sizes of the worlds.",
@@ -50,12 +51,14 @@ BEYOND = (  # what no run here can show, and why
 
 
 def run(words: list[str]) -> int:
-    """Print and write one of WHAT; returns the exit code. words: which one, folders of runs, out=DIR."""
+    """Print and write one of WHAT; returns the exit code. words: which one, folders of runs, out=DIR, page=PAGE."""
     what = one_of("paper", words[0] if words else "", WHAT)
     folders, chosen = sorted_out("paper", words[1:], CHOICES)
     if folders and what not in OF_RUNS:
         raise ConfigError(f"curionav paper {what} reads no runs, only settings. Leave out {folders[0]}.")
-    out = folder_for(chosen.get("out", "."))
+    if "page" in chosen and what not in paper_page.NAMES:
+        raise ConfigError(f"curionav paper {what} has no page=. That goes with {' and '.join(paper_page.NAMES)}.")
+    out, command = folder_for(chosen.get("out", ".")), shlex.join(["curionav", "paper", *words])
     console = a_console()
     lost: list[str] = []
     out.mkdir(parents=True, exist_ok=True)
@@ -63,11 +66,12 @@ def run(words: list[str]) -> int:
         rooms = [composed("paper", f"env={env}", "agent=bounce", "robot=turtlebot2i") for env in diagram.ROOMS]
         print_files(console, out, [diagram.draw(rooms, out)])
         return 0
-    if what in ("figures", "changes"):
-        return paper_runs.run(what, folders, out, console)
+    if what in paper_page.NAMES:
+        pages = [place(page) for page in chosen.get("page", "").split(",") if page]
+        return paper_runs.run(what, folders, out, console, command, pages)
     if what == "numbers":
         parts, lost = numbers(folders)
-        texts = {PAGE: page(shlex.join(["curionav", "paper", *words]), parts, lost)}
+        texts = {PAGE: page_blocks.filled(page(command, parts, lost), written_before(out / PAGE))}
     else:
         parts = [hyperparameters() if what == "hyperparameters" else sizes()]
         texts = {f"{what}.{kind}": text for kind, text in written(parts[0]).items()}
@@ -79,6 +83,11 @@ def run(words: list[str]) -> int:
         write_text(out / name, text)
     print_files(console, out, list(texts))
     return 0
+
+
+def written_before(path: Path) -> page_blocks.Blocks:
+    """What curionav paper figures wrote into the page that is there."""
+    return page_blocks.blocks(path.read_text(encoding="utf-8", errors="replace") if path.is_file() else "")
 
 
 def written(part: Table) -> dict[str, str]:
@@ -121,7 +130,6 @@ def numbers(folders: Sequence[Path]) -> tuple[list[Table], list[str]]:
              "docking": paper.docking(runs, trials)}
     rows: dict[str, list[Row]] = {name: [number._asdict() for number in found] for name, found in parts.items()}
     shown = [Table(name, TITLES[name], paper.COLUMNS, found) for name, found in rows.items() if found]
-    shown += [part for part in paper_runs.claims(paper_lengths.drawn(comparison)) if runs and part.rows]
     notes = [*estimates.notes(comparison, None), *lost] if runs else [*lost, "No run was given, so that nothing is "
                                                                        "said about coverage and docking."]
     return [hyperparameters(), *shown], notes
@@ -142,6 +150,7 @@ def page(command: str, parts: Sequence[Table], notes: Sequence[str]) -> str:
         "returns to dock with Wilson's. Steps to a share: the median, and how many runs arrived.\n"]
     for part in parts:
         lines += [f"## {part.name.capitalize()}\n", tables.markdown(part.rows, part.columns, part.title)]
+    lines += [paper_page.SECTION]
     lines += ["## What cannot be reproduced here\n", *(f"- **{what}**: {why}" for what, why in BEYOND), ""]
     lines += ["## What to know about these runs\n", *(f"- {note}" for note in notes), ""] if notes else []
     return "\n".join(lines)

@@ -16,8 +16,10 @@ from curionav_cli.results import (
     change_pairs,
     change_plots,
     changes,
+    page_blocks,
     paper_figures,
     paper_lengths,
+    paper_page,
     plots,
     tables,
     verdicts,
@@ -37,16 +39,26 @@ VERDICTS = (
     "another one had no other run been declared.")
 
 
-def run(what: str, folders: Sequence[Path], out: Path, console: Console) -> int:
-    """Draw and write what one of `figures` and `changes` is; returns the exit code."""
+def run(what: str, folders: Sequence[Path], out: Path, console: Console, command: str, pages: Sequence[Path]) -> int:
+    """Draw and write what one of `figures` and `changes` is; returns the exit code.
+
+    command: the line that was typed. pages: Markdown pages whose blocks get the tables, instead of a page in out.
+    """
+    before = {page: page_blocks.opened(page, what, paper_page.NAMES[what]) for page in pages}
+    out.mkdir(parents=True, exist_ok=True)
     made, parts, lost = (figures if what == "figures" else effects)(folders, out)
     for part in parts:
         print_columns(part.rows, part.columns, console, [heading for heading, _, _ in part.columns], part.title)
         write_text(out / f"{part.name}.csv", tables.comma_separated(part.rows))
-    write_text(out / f"{what}.md", "\n".join(tables.markdown(part.rows, part.columns, part.title) for part in parts))
-    for line in lost:
+    if not pages:
+        made.append(f"{what}.md")
+        write_text(out / made[-1], "\n".join(tables.markdown(part.rows, part.columns, part.title) for part in parts))
+    for page, text in before.items():
+        drawn = paper_page.pictures(made, out, page.parent)
+        write_text(page, page_blocks.filled(text, paper_page.blocks(what, command, parts, drawn)))
+    for line in [*lost, *(f"{page}: its blocks are written anew." for page in pages)]:
         console.print(line, soft_wrap=True, highlight=False, markup=False)
-    print_files(console, out, [*made, f"{what}.md", *(f"{part.name}.csv" for part in parts)])
+    print_files(console, out, [*made, *(f"{part.name}.csv" for part in parts)])
     return 0
 
 
@@ -68,7 +80,7 @@ def figures(folders: Sequence[Path], out: Path) -> tuple[list[str], list[Table],
                   "steps; its curve ends there." for row in rows if row["state"] != "done"]
     second = [f"Not drawn: {run.folder}, {reason}." for run, reason in comparison.left_out.items()
               if TWICE in reason]
-    return made, [part for part in (*claims(shown), *tables_of(everyone, rows)) if part.rows], [
+    return made, [part for part in (*claims(shown), *tables_of(shown, everyone, rows)) if part.rows], [
         *unfinished, *second, *lost]
 
 
@@ -79,10 +91,13 @@ def claims(shown: Sequence[Drawn]) -> list[Table]:
                   verdicts.AGAINST_COLUMNS, verdicts.against(shown))]
 
 
-def tables_of(everyone: Sequence[Drawn], rows: Sequence[Row]) -> list[Table]:
-    """Tables of coverage at the reported steps, and of the runs themselves."""
+def tables_of(shown: Sequence[Drawn], everyone: Sequence[Drawn], rows: Sequence[Row]) -> list[Table]:
+    """Tables of coverage at the reported steps, of arms and of runs, and of the runs themselves."""
     columns = tables.known(paper_lengths.COVERAGE_COLUMNS, covered := paper_lengths.coverages(everyone))
-    return [Table("coverage", "Coverage after these steps, and area under the curve up to the end of each run.",
+    arms = paper_lengths.arm_coverages(shown)
+    return [Table("arms", "Coverage after these steps, mean of the runs and their range; n: runs.",
+                  tables.known(paper_lengths.ARM_COLUMNS, arms), arms),
+            Table("coverage", "Coverage after these steps, and area under the curve up to the end of each run.",
                   columns, covered),
             Table("runs", "One row a run; the paper's: steps at which its curve ends.",
                   tables.known(paper_lengths.RUN_COLUMNS, rows), rows)]

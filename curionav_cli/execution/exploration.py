@@ -13,6 +13,7 @@ from curionav_cli.config.settings import read_settings, settings_yaml
 from curionav_cli.execution import remote_setup
 from curionav_cli.execution.keeping import Keeping, newest_drawn, refuse_gone, refuse_with_storage
 from curionav_cli.execution.lifecycle import fixed_settings, run_task
+from curionav_cli.execution.peak_memory import PeakMemory
 from curionav_cli.execution.precision import with_precision
 from curionav_cli.execution.probing import prober
 from curionav_cli.execution.progress import ExploreProgress, line
@@ -43,6 +44,7 @@ class Exploration:
 
     def __init__(self, settings: Config, folder: Path, drawn: bool = True):
         refuse_with_storage(settings)
+        self.memory = PeakMemory()
         self.settings, self.run, self.total = settings, RunFolder(folder), settings.loop.episodes
         self.drawn = drawn
         self.world = build.world(settings)
@@ -134,7 +136,7 @@ class Exploration:
                 closing(line(label, first, loop.episodes)) as progress, closing(self.env(first)) as env:
             recorder = Recorder(run, env, agent, None if self.remote else replay, self.fixed, logger,
                                 prober(self.settings, self.fixed, self.world, agent, run.path),
-                                coverage, ExploreProgress(progress, loop), kept)
+                                self.memory, coverage, ExploreProgress(progress, loop), kept)
             learn = remote_setup.remote_learner(self.settings, run, agent, self.shared) if self.remote else \
                 LocalLearner(agent, replay, loop.iterations, recorder, run.save_episode)
             run.set_status(state="running", error=None, episode=first, episodes=loop.episodes, **recorder.counts(),

@@ -10,6 +10,7 @@ from curionav_cli import build
 from curionav_cli.agents.agent import Agent
 from curionav_cli.constants import FORWARD, LEFT, RIGHT
 from curionav_cli.execution.keeping import Keeping
+from curionav_cli.execution.peak_memory import PeakMemory
 from curionav_cli.execution.probing import Prober
 from curionav_cli.execution.progress import ExploreProgress, ServeProgress, TrainProgress, say
 from curionav_cli.geometry import wrapped
@@ -26,13 +27,13 @@ class Keeper:
     """Save a run's progress, so that a killed run can be resumed. fixed: the settings that may then not change."""
 
     def __init__(self, run: RunFolder, agent: Agent, replay: Replay | None, fixed: dict[str, Any], logger: Local,
-                 prober: Prober):
+                 prober: Prober, memory: PeakMemory):
         self.run, self.agent, self.replay, self.fixed, self.logger = run, agent, replay, fixed, logger
-        self.prober = prober
+        self.prober, self.memory = prober, memory
 
     def keep(self, done: int, row: dict[str, Any], **status: Any) -> None:
         """Save after `done` episodes or iterations: a row of metrics.jsonl, a checkpoint, the status."""
-        row = {**row, **self.prober.metrics(done)}
+        row = {**row, **self.prober.metrics(done), "peak_memory": self.memory.bytes()}
         self.run.append_metrics(row)
         self.logger.add(row)
         checkpoint.save(self.run.checkpoints, done, self.fixed, self.save)
@@ -55,9 +56,9 @@ class Recorder(Keeper, Callbacks):
     """Record a run (loop.Callbacks) and count its coverage. env: None where the robot acts elsewhere."""
 
     def __init__(self, run: RunFolder, env: build.Environment | None, agent: Agent, replay: Replay | None,
-                 fixed: dict[str, Any], logger: Local, prober: Prober, coverage: Coverage,
+                 fixed: dict[str, Any], logger: Local, prober: Prober, memory: PeakMemory, coverage: Coverage,
                  report: ExploreProgress | ServeProgress, keeping: Keeping):
-        super().__init__(run, agent, replay, fixed, logger, prober)
+        super().__init__(run, agent, replay, fixed, logger, prober, memory)
         self.env, self.coverage, self.report, self.keeping = env, coverage, report, keeping
 
     def save(self, folder: Path) -> None:
@@ -98,8 +99,8 @@ class TrainRecorder(Keeper):
     """Record offline training (loop.TrainCallbacks)."""
 
     def __init__(self, run: RunFolder, agent: Agent, replay: Replay, fixed: dict[str, Any], logger: Local,
-                 prober: Prober, report: TrainProgress):
-        super().__init__(run, agent, replay, fixed, logger, prober)
+                 prober: Prober, memory: PeakMemory, report: TrainProgress):
+        super().__init__(run, agent, replay, fixed, logger, prober, memory)
         self.report = report
 
     def learned(self, iteration: int) -> None:

@@ -60,7 +60,7 @@ class Service(Exploration):
             logger = stack.enter_context(closing(Loggers(run, self.settings.loggers)))
             recorder = Recorder(run, None, agent, replay, self.fixed, logger,
                                 prober(self.settings, self.fixed, self.world, agent, run.path),
-                                cover(run.plan, run.poses()), ServeProgress(first), self.keeping(agent))
+                                self.memory, cover(run.plan, run.poses()), ServeProgress(first), self.keeping(agent))
             learn = LocalLearner(agent, replay, loop.iterations, recorder, run.save_episode)
             run.set_status(state="running", error=None, episode=first, **recorder.counts(), **recorder.usage())
 

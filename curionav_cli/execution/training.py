@@ -15,6 +15,7 @@ from curionav_cli.execution.bag_data import folder_of
 from curionav_cli.execution.exploration import drawn_figures
 from curionav_cli.execution.keeping import newest_drawn
 from curionav_cli.execution.lifecycle import fixed_settings, run_task
+from curionav_cli.execution.peak_memory import PeakMemory
 from curionav_cli.execution.precision import with_precision
 from curionav_cli.execution.probing import prober
 from curionav_cli.execution.progress import TrainProgress, line
@@ -44,6 +45,7 @@ class Training:
     unit = key = "iteration"
 
     def __init__(self, settings: Config, folder: Path):
+        self.memory = PeakMemory()
         self.settings, self.run, self.total = settings, RunFolder(folder), settings.loop.iterations
         self.data, self.world = folder_of(settings), build.world(settings)
         begun = read_json(folder / "fixed.json") if self.run.config.is_file() else {}
@@ -86,7 +88,8 @@ class Training:
                                  newest=newest_drawn(agent, loop))) as replay, \
                 closing(line(label, first, self.total)) as progress:
             probes = prober(self.settings, self.fixed, self.world, agent, run.path, EVERY)
-            recorder = TrainRecorder(run, agent, replay, self.fixed, logger, probes, TrainProgress(progress))
+            recorder = TrainRecorder(run, agent, replay, self.fixed, logger, probes, self.memory,
+                                     TrainProgress(progress))
             run.set_status(state="running", error=None, iteration=first, iterations=self.total, **recorder.usage())
             learn(agent, replay, iterations=self.total, every=EVERY, watch=recorder, first=first)
         if probes.probe:

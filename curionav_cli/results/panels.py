@@ -37,11 +37,20 @@ def beside(runs: Sequence[Run], until: int | None = None) -> Figure:
     for letter, axes, run in zip("bcdefgh", rest, runs):
         share = run.coverage.share
         reached = plots.share_of(run) if share is None else percent(share)
-        short = f" after {run.curve.steps:,} steps" if until else ""
-        plots.draw_curves(axes, [run], wrapped(f"{letter}  {run.agent}, seed {run.seed}: {reached}{short}", 2.9))
+        title = f"{letter}  {run.agent}, seed\u00a0{run.seed}: {reached}{after(run, until)}"
+        plots.draw_curves(axes, [run], wrapped(title, 2.9))
         if until:
             axes.set_xlim(0, until)
+            axes.plot(run.curve.steps, run.coverage.visited, ".", color=axes.lines[0].get_color(), clip_on=False)
     return figure
+
+
+def after(run: Run, until: int | None) -> str:
+    """In words, where the curve of a run ends, on an axis that has an end of its own."""
+    if not until:
+        return ""
+    cut = f" of {until:,}" if run.curve.steps < until else ""
+    return f" after {run.curve.steps:,}{cut} steps"
 
 
 def card(run: Run, others: Sequence[Run]) -> Figure:

@@ -38,7 +38,7 @@ def figures(runs: Sequence[Drawn], look: dict[str, Look]) -> Iterator[tuple[str,
         if ours:
             yield scene, panels.beside([opened(one) for one in ours], UNTIL[scene])
     for env in dict.fromkeys(one.env for one in runs):
-        yield f"best_{file_name(env)}", plots.heatmaps([opened(one) for one in best(runs, env)])
+        yield f"best_{file_name(env)}", plots.heatmaps([opened(one) for one in best(runs, env)], lengths=True)
 
 
 def by_seed(one: Drawn) -> str:
@@ -80,7 +80,7 @@ def curves(runs: Sequence[Drawn], look: dict[str, Look]) -> Figure:
     handles = {label: line for axes in all_axes for line, label in zip(*axes.get_legend_handles_labels())}
     columns = columns_for(figure, list(handles))
     figure.legend(list(handles.values()), list(handles), loc="outside lower center", ncols=columns)
-    words = "mean and range of the runs of an arm up to the end of the shortest; dots: where runs end"
+    words = "mean and range of an arm's runs up to the end of the shortest, then each; dots: where runs end"
     figure.suptitle(wrapped(words, figure.get_figwidth() - 0.4), fontsize=9)
     figure.set_figheight(0.5 + (3.0 + LINE * lines) * down + LINE * -(-len(handles) // columns))
     return figure
@@ -105,7 +105,7 @@ def draw_arm(axes: Axes, arm: str, runs: Sequence[RunSummary], look: Look) -> No
     axes.fill_between(steps, each.min(0), each.max(0), color=look.color, alpha=0.2, linewidth=0)
     for run in runs:
         further = moments(run.steps)[moments(run.steps) >= steps[-1]]
-        axes.plot(further, run.curve.at(further), color=look.color, linewidth=0.7, alpha=0.7)
+        axes.plot(further, run.curve.at(further), color=look.color, linestyle=look.dashes, linewidth=0.9)
         axes.plot(run.steps, run.curve.at(run.steps), ".", color=look.color, markersize=4)
 
 
@@ -124,6 +124,7 @@ def cut_short(runs: Sequence[Drawn]) -> str:
 
 def draw_mean(axes: Axes, runs: Sequence[Drawn], envs: Sequence[str], look: dict[str, Look]) -> None:
     """Draw the mean over environments of the mean share over seeds, of arms that have runs in all of them."""
+    left_out = []
     for arm in dict.fromkeys(one.arm for one in runs):
         each = [[one.run for one in runs if (one.arm, one.env) == (arm, env)] for env in envs]
         if all(each):
@@ -131,9 +132,13 @@ def draw_mean(axes: Axes, runs: Sequence[Drawn], envs: Sequence[str], look: dict
             share = np.mean([np.mean([100 * run.curve.at(steps) / run.curve.cells for run in same], axis=0)
                              for same in each], axis=0)
             axes.plot(steps, share, color=look[arm].color, linestyle=look[arm].dashes, linewidth=1.6, label=arm)
+            axes.plot(steps[-1], share[-1], ".", color=look[arm].color, markersize=4)
+        else:
+            left_out.append(arm)
+    words = f"not in all of them: {', '.join(left_out)}" if left_out else ""
     axes.axhline(100, color=MAXIMUM, linestyle=":", linewidth=1.4)
-    axes.set(xlabel="steps", ylabel="mean share of the cells (%)", ylim=(0, 100 * plots.ROOM),
-             xlim=(0, max(UNTIL.get(one.scene, one.run.steps) for one in runs)))
+    axes.set(xlabel=f"steps\n{wrapped(words, 3.0)}".strip(), ylabel="mean share of the cells (%)",
+             ylim=(0, 100 * plots.ROOM), xlim=(0, max(UNTIL.get(one.scene, one.run.steps) for one in runs)))
     axes.xaxis.set_major_formatter(EngFormatter(sep=""))
 
 

@@ -14,7 +14,7 @@ from curionav_cli.results.comparison.comparison import TWICE, Comparison, measur
 from curionav_cli.results.comparison.run_summaries import RunSummary
 from curionav_cli.results.labels import scene_name
 from curionav_cli.results.runs import Run, known, spent
-from curionav_cli.results.tables import Columns, Row
+from curionav_cli.results.tables import Columns, Row, percent
 from curionav_cli.storage.run_folder import RunFolder
 
 APARTMENTS = ("apartment_0", "apartment_1", "apartment_2")
@@ -25,7 +25,11 @@ COUNTS = (10_000, 30_000, 100_000, 200_000, 400_000, 600_000, 1_000_000, 2_000_0
 RUN_COLUMNS: Columns = (
     ("env", "env", "{}"), ("arm", "arm", "{}"), ("seed", "seed", "{}"), ("commit", "commit", "{}"),
     ("steps", "steps", "{:,}"), ("the paper's", "planned", "{:,}"), ("CPU-hours", "hours", "{:.2f}"),
-    ("disk, GB", "disk", "{:.2f}"), ("state", "state", "{}"), ("error", "error", "{}"), ("folder", "folder", "{}"))
+    ("memory, GB", "memory", "{:.2f}"), ("disk, GB", "disk", "{:.3f}"), ("state", "state", "{}"),
+    ("error", "error", "{}"), ("folder", "folder", "{}"))
+ARM_COLUMNS: Columns = (
+    ("env", "env", "{}"), ("arm", "arm", "{}"), ("n", "n", "{}"),
+    *((f"{count:,}", f"coverage_at_{count}", "{}") for count in COUNTS))
 COVERAGE_COLUMNS: Columns = (
     ("env", "env", "{}"), ("arm", "arm", "{}"), ("seed", "seed", "{}"),
     *((f"{count:,}", f"coverage_at_{count}", "{:.1%}") for count in COUNTS), ("steps", "steps", "{:,}"),
@@ -54,8 +58,11 @@ class Drawn(NamedTuple):
 
 
 def named(comparison: Comparison) -> list[Drawn]:
-    """Every run with its names."""
-    return [Drawn(env, arm, scene_name(run.env), run) for run, (env, arm) in comparison.names.items()]
+    """Every run with its names, by environment and arm in their order of appearance, and by seed."""
+    envs, arms = (list(dict.fromkeys(names)) for names in zip(*comparison.names.values()))
+    found = sorted(comparison.names.items(),
+                   key=lambda one: (envs.index(one[1][0]), arms.index(one[1][1]), str(one[0].seed)))
+    return [Drawn(env, arm, scene_name(run.env), run) for run, (env, arm) in found]
 
 
 def drawn(comparison: Comparison) -> list[Drawn]:
@@ -66,7 +73,7 @@ def drawn(comparison: Comparison) -> list[Drawn]:
 def rows(runs: Sequence[Drawn]) -> list[Row]:
     """A row for each run: how far it came of the paper's steps, by which commits, and what it cost."""
     return [{"env": one.env, "arm": one.arm, "seed": one.run.seed, "steps": one.run.steps, "planned": one.planned,
-             "hours": hours(one.run.folder), "error": one.run.error or None, **about(one.run.folder)} for one in runs]
+             **cost(one.run.folder), "error": one.run.error or None, **about(one.run.folder)} for one in runs]
 
 
 def begun_only(folders: Sequence[Path]) -> list[Row]:
@@ -82,18 +89,26 @@ def begun_only(folders: Sequence[Path]) -> list[Row]:
     return found
 
 
-def hours(folder: Path) -> float | None:
-    """CPU-hours of acting and learning; None where they were not noted."""
+def cost(folder: Path) -> dict[str, float | None]:
+    """CPU-hours of acting and learning, and the peak of memory in GB; None where they were not noted."""
     metrics = RunFolder(folder).metrics()
-    seconds = known(spent(metrics)["cpu_seconds"][-1])
-    return None if seconds is None or not metrics else seconds / 3600
+    noted = {key: known(sums[-1]) if metrics else None for key, sums in spent(metrics).items()}
+    seconds = noted["cpu_seconds"]
+    return {"hours": None if seconds is None else seconds / 3600, "memory": noted["memory"]}
 
 
 def about(folder: Path) -> dict[str, Any]:
     """State, commits, disk and place of the run in a folder."""
-    noted = folder / "run.json"
-    return {"state": Run(RunFolder(folder)).state, "commit": commits(read_json(noted) if noted.is_file() else {}),
+    return {"state": Run(RunFolder(folder)).state, "commit": noted_commits(folder / "run.json"),
             "disk": disk(folder) / 1e9, "folder": str(folder)}
+
+
+def noted_commits(path: Path) -> str | None:
+    """The commits that run.json notes; "unreadable" where it is broken, None where there is none."""
+    try:
+        return commits(read_json(path)) if path.is_file() else None
+    except RunFolderError:
+        return "unreadable"
 
 
 def disk(folder: Path) -> int:
@@ -126,3 +141,22 @@ def coverages(runs: Sequence[Drawn]) -> list[Row]:
     return [{"env": one.env, "arm": one.arm, "seed": one.run.seed, "steps": one.run.steps,
              **{key: value for key, value in measures(one.run, one.run.steps, COUNTS).items() if "steps" not in key}}
             for one in runs]
+
+
+def arm_coverages(runs: Sequence[Drawn]) -> list[Row]:
+    """A row for each arm in each environment: mean and range of its runs' coverage at the reported steps."""
+    found: dict[tuple[str, str], list[RunSummary]] = {}
+    for one in runs:
+        found.setdefault((one.env, one.arm), []).append(one.run)
+    return [{"env": env, "arm": arm, "n": len(same),
+             **{f"coverage_at_{count}": words for count in COUNTS if (words := mean_and_range(same, count))}}
+            for (env, arm), same in found.items()]
+
+
+def mean_and_range(runs: Sequence[RunSummary], steps: int) -> str:
+    """Coverage after so many steps of the runs that reached them, as '39.6% (39.3% to 39.9%)'; empty without one."""
+    each = [int(run.curve.at(steps)) / run.curve.cells for run in runs if run.steps >= steps]
+    if not each:
+        return ""
+    spread = f" ({percent(min(each))} to {percent(max(each))})" if len(each) > 1 else ""
+    return f"{percent(sum(each) / len(each))}{spread}{f', n = {len(each)}' if len(each) < len(runs) else ''}"

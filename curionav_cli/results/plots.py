@@ -101,16 +101,18 @@ def heatmap(coverage: Coverage, title: str) -> Figure:
     return figure
 
 
-def heatmaps(runs: Sequence[Run]) -> Figure:
-    """Draw the heatmaps of several runs side by side, on one scale."""
+def heatmaps(runs: Sequence[Run], lengths: bool = False) -> Figure:
+    """Draw the heatmaps of several runs side by side, on one scale. lengths: with the steps of each."""
     most = max(int(blocks(run.coverage).max()) for run in runs)
     across = min(len(runs), 4)
     down = -(-len(runs) // across)
     wide, high = floor_plans.figure_size(runs[0].plan, 3.4, 1.6)
     width = 0.6 + wide
-    names = [wrapped(f"{run.agent}, seed {run.seed}\n{share_of(run)}", width) for run in runs]
+    after = [f"\nafter {run.coverage.steps:,} steps" if lengths else "" for run in runs]
+    names = [wrapped(f"{run.agent}, seed\u00a0{run.seed}\n{share_of(run)}{words}", width)
+             for run, words in zip(runs, after)]
     height = 0.65 + 0.15 * max(1 + name.count("\n") for name in names) + high
-    figure = Figure((width * across + 0.9, height * down), layout="constrained")
+    figure = Figure((width * across + 1.2, height * down), layout="constrained")
     all_axes = list(figure.subplots(down, across, squeeze=False).flat)
     images = [draw_heatmap(axes, run.coverage, name, most) for axes, run, name in zip(all_axes, runs, names)]
     for axes in all_axes[len(runs):]:
@@ -207,6 +209,7 @@ def draw_total(axes: Axes, total: int, denominator: str) -> None:
     axes.annotate(f"{total:,} {denominator} cells", (0.01, total), xycoords=("axes fraction", "data"),
                   xytext=(0, 3), textcoords="offset points", color=MAXIMUM)
     axes.set(ylim=(0, total * ROOM))
+    axes.yaxis.set_major_formatter(StrMethodFormatter("{x:,.0f}"))
     scale = 100 / total
     share = axes.secondary_yaxis("right", functions=(partial(np.multiply, scale), partial(np.multiply, 1 / scale)))
     share.set_ylabel(f"share of {denominator} cells (%)")

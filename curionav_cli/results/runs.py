@@ -25,6 +25,7 @@ SECONDS = {  # what a run cost: the metrics of each episode that add up to it
     "seconds": ("seconds_acting", "seconds_learning"), "cpu_seconds": ("cpu_seconds_acting", "cpu_seconds_learning"),
 }
 COUNTED = {"updates": "updates", "frames_read": "frames_replayed"}  # and those that the agent counts from the beginning
+MEMORY = "peak_memory"  # bytes; of a run that was resumed, of each process up to there
 
 
 @dataclass
@@ -177,10 +178,14 @@ def job_number(name: str) -> tuple[int, str]:
 
 
 def spent(metrics: list[dict[str, Any]]) -> dict[str, np.ndarray]:
-    """Sum every part of the budget after 0 to E episodes, (E + 1,); nan from where it was not noted."""
+    """Sum every part of the budget after 0 to E episodes, (E + 1,); nan from where it was not noted.
+
+    memory is no sum, but the most so far of what was noted, GB.
+    """
     each = {key: [[row.get(part, np.nan) for part in parts] for row in metrics] for key, parts in SECONDS.items()}
     return {**{key: np.cumsum([0.0, *(sum(parts) for parts in rows)]) for key, rows in each.items()},
-            **{key: np.array([0.0, *(row.get(part, np.nan) for row in metrics)]) for key, part in COUNTED.items()}}
+            **{key: np.array([0.0, *(row.get(part, np.nan) for row in metrics)]) for key, part in COUNTED.items()},
+            "memory": np.fmax.accumulate([np.nan, *(row.get(MEMORY, np.nan) / 1e9 for row in metrics)])}
 
 
 def known(number: float) -> float | None:

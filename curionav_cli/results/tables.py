@@ -22,7 +22,8 @@ COLUMNS: Columns = (
     ("to 99 %", "steps_to_99", "{:,}"), ("explored", "steps_to_explored", "{:,}"),
     ("forward", "forward", "{:.0%}"), ("left", "left", "{:.0%}"), ("right", "right", "{:.0%}"),
     ("cancelled", "cancelled", "{:.0%}"), ("acting", "seconds_acting", "{:.0f} s"),
-    ("learning", "seconds_learning", "{:.0f} s"), ("CPU", "cpu_seconds", "{:.0f} s"), ("updates", "updates", "{:,.0f}"),
+    ("learning", "seconds_learning", "{:.0f} s"), ("CPU", "cpu_seconds", "{:.0f} s"),
+    ("memory", "memory", "{:.2f} GB"), ("updates", "updates", "{:,.0f}"),
     ("frames read", "frames_read", "{:,.0f}"), ("marking", "marking", "{}"), ("of", "denominator", "{}"),
 )
 

@@ -59,7 +59,7 @@ class Claim(NamedTuple):
         name: environment and arm. ours: the number up to where the runs go. bounds: of the number of all declared runs;
         alone: of that of those which there are.
         """
-        there = ", ".join(f"{min(run.steps, steps):,}" for run in given(runs).values())
+        there = " and ".join(f"{min(run.steps, steps):,}" for run in given(runs).values())
         verdict, own = (one.verdict(*self.within) for one in (bounds, alone))
         return {"claim": self.words, "rule": self.rule, "env": name[0], "arm": name[1], "ours": ours if there else None,
                 "n": f"{len(given(runs))} of {len(runs)}", "steps": f"{there or 0} of {steps:,}",
@@ -91,7 +91,7 @@ def lab(shown: Sequence[Drawn]) -> Iterator[Row]:
     near = Claim("thoroughly near the dock, missing the rest", f"mean visits of a visitable cell within {NEAR:g} m of "
                  f"the dock are {TIMES:g} times those beyond {FAR:g} m or more", (TIMES, np.inf), ".1f")
     for name, runs in ours(shown, "large_lab").items():
-        yield share.row(name, runs, steps, shares(reached(runs, steps)), mean(runs, steps), mean(given(runs), steps))
+        yield share.row(name, runs, steps, shares(runs, steps), mean(runs, steps), mean(given(runs), steps))
         (now, bounds), (_, alone) = (near_dock(some, steps) for some in (runs, given(runs)))
         words = f"{now:.1f} times" if np.isfinite(now) else f"never beyond {FAR:g} m"
         yield near.row(name, runs, steps, words, bounds, alone)
@@ -104,7 +104,7 @@ def room(shown: Sequence[Drawn]) -> Iterator[Row]:
     for name, runs in ours(shown, "small_room").items():
         bounds, alone = (most([UNKNOWN] * (not some) + [covered(run, ROOM_STEPS) for run in some.values()])
                          for some in (runs, given(runs)))
-        yield claim.row(name, runs, ROOM_STEPS, shares(reached(runs, ROOM_STEPS)), bounds, alone)
+        yield claim.row(name, runs, ROOM_STEPS, shares(runs, ROOM_STEPS), bounds, alone)
 
 
 def apartment(shown: Sequence[Drawn], scene: str) -> Iterator[Row]:
@@ -120,7 +120,7 @@ def apartment(shown: Sequence[Drawn], scene: str) -> Iterator[Row]:
         each = [mean(theirs, UNTIL[scene]) for theirs in arms.values()]
         bounds = mean(runs, OURS_UNTIL).less(most(each + [UNKNOWN] * (CBETS - len(arms))))
         alone = mean(given(runs), OURS_UNTIL).less(most(each or [UNKNOWN]))
-        words = f"{shares(reached(runs, OURS_UNTIL))}{beside_best(arms, UNTIL[scene])}; {len(arms)} of {CBETS} arms"
+        words = f"{shares(runs, OURS_UNTIL)}{beside_best(arms, UNTIL[scene])}; {len(arms)} of {CBETS} arms"
         yield claim.row(name, runs, OURS_UNTIL, words, bounds, alone)
 
 
@@ -165,15 +165,17 @@ def beyond(shown: Sequence[Drawn]) -> Iterator[Row]:
             bounds, alone = (mean(mine, steps).less(mean(other, steps))
                              for mine, other in ((runs, theirs), (given(runs), given(theirs))))
             equal = min(steps, shortest(runs, theirs)) if given(runs) else steps
-            words = " beside ".join(shares(reached(some, equal)) for some in (runs, theirs))
+            words = " beside ".join(shares(some, equal) for some in (runs, theirs))
             yield claim.row(name, runs, steps, f"{words} at {equal:,} steps; {len(given(theirs))} of {len(theirs)} of "
                             f"{arm}", bounds, alone)
 
 
-def shares(values: Sequence[float]) -> str:
-    """Coverages of runs, and their mean where there are several."""
+def shares(runs: Runs, steps: int) -> str:
+    """Coverages of runs in so many steps, and their mean where there are several and none was cut before."""
+    values = reached(runs, steps)
     each = ", ".join(map(percent, values)) or "no run"
-    return f"{percent(float(np.mean(values)))} ({each})" if len(values) > 1 else each
+    whole = len(values) > 1 and shortest(runs) >= steps
+    return f"{percent(float(np.mean(values)))} ({each})" if whole else each
 
 
 def against(shown: Sequence[Drawn]) -> list[Row]:

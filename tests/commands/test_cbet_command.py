@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 from entry import Cli
+from leftovers import repeatable
 
 pytestmark = pytest.mark.usefixtures("blank_figures")
 TINY = ("env=small_room", "device=cpu", "loop.steps=20", "agent.unroll=10", "agent.batch_size=3",
@@ -15,7 +16,7 @@ TINY = ("env=small_room", "device=cpu", "loop.steps=20", "agent.unroll=10", "age
 
 def rows(run: Path) -> list[dict]:
     lines = [json.loads(line) for line in (run / "metrics.jsonl").read_text().splitlines()]
-    return [{key: value for key, value in line.items() if "seconds_" not in key} for line in lines]
+    return repeatable(lines)
 
 
 @pytest.mark.parametrize("agent", ["cbet", "cbet_lifelong"])

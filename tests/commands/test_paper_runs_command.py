@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from entry import Cli
 
+from curionav_cli.results.page_blocks import block
 from curionav_cli.storage.run_folder import RunFolder
 
 SETTINGS = ("seed: 0\nenv: {{name: large_lab, changes: {changes}}}\nagent: {{name: {agent}}}\nrobot: {{name: ideal}}\n")
@@ -40,8 +41,13 @@ def rows(path: Path) -> list[dict[str, str]]:
 @pytest.mark.slow
 @pytest.mark.usefixtures("painted")
 def test_every_run_stands_in_the_tables_and_every_figure_is_drawn(cli: Cli, sweep: Path, tmp_path: Path) -> None:
-    answer = cli("paper", "figures", "sweep", "out=out")
+    marks = "\n".join(block("figures", name) for name in ("runs", "pictures", "against"))
+    (tmp_path / "page.md").write_text(f"# Mine\n\n{marks}\n\nAnd mine.\n")
+    answer = cli("paper", "figures", "sweep", "out=out", "page=page.md")
     assert answer.code == 0, answer.error
+    page = (tmp_path / "page.md").read_text()
+    assert page.startswith("# Mine\n") and page.endswith("\n\nAnd mine.\n") and "\n\n| env | arm | seed |" in page
+    assert "](out/large_lab.png)" in page and str(tmp_path) not in page
     found = rows(tmp_path / "out" / "runs.csv")
     assert [(row["arm"], row["steps"], row["state"], row["error"], row["commit"]) for row in found] == [
         ("bounce", "6", "done", "", "ccccccc"), ("bounce", "6", "done", "", "ccccccc"),
@@ -52,7 +58,7 @@ def test_every_run_stands_in_the_tables_and_every_figure_is_drawn(cli: Cli, swee
     assert len(verdicts) == 8 and {row["verdict"] for row in verdicts} == {"not decided"}
     assert verdicts[0]["n"] == "1 of 2" and float(verdicts[0]["low"]) > 0
     assert [row["steps"] for row in rows(tmp_path / "out" / "against.csv")] == ["6"]
-    for name in ("large_lab_arms.png", "large_lab.png", "best_large_lab_changes=true.png", "figures.md"):
+    for name in ("large_lab_arms.png", "large_lab.png", "best_large_lab_changes=true.png"):
         assert (tmp_path / "out" / name).stat().st_size > 1000, name
 
 

@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 from deadly import DEADLY
 from entry import Cli
+from leftovers import repeatable
 from paint import unpainted
 from tiny import LEARNER
 from warm import Warm
@@ -74,10 +75,10 @@ def status(run: Path) -> dict:
 
 
 def leftovers(run: Path) -> dict:
-    """All that a training leaves behind, without what a clock wrote."""
+    """All that a training leaves behind, without what was measured of the process."""
     files: dict = {str(path.relative_to(run)): path.read_bytes()
                    for path in sorted((run / "checkpoint").rglob("*")) if path.is_file()}
-    files["metrics"] = [{k: v for k, v in row.items() if "seconds_" not in k} for row in rows(run)]
+    files["metrics"] = repeatable(rows(run))
     return {**files, "status": status(run), "fixed": (run / "fixed.json").read_bytes()}
 
 

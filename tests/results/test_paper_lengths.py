@@ -25,12 +25,12 @@ def a_run(tmp_path, a_plan):
 
 
 def test_a_row_has_what_the_run_cost_and_where_it_is(a_run):
-    seconds = {"cpu_seconds_acting": 600, "cpu_seconds_learning": 1200}
+    seconds = {"cpu_seconds_acting": 600, "cpu_seconds_learning": 1200, "peak_memory": 5 * 10 ** 8}
     run = a_run(about={"git_commit": "6da19c9ee84f"}, rows=[seconds, seconds])
     [row] = paper_lengths.rows(paper_lengths.named(compare([a_summary("large_lab", steps=1000, folder=run.path)])))
     size = sum(path.stat().st_size for path in run.path.rglob("*") if path.is_file())
     assert row == {"env": "large_lab", "arm": "lbs_dreamer", "seed": 0, "steps": 1000, "planned": 600_000, "hours": 1.0,
-                   "state": "interrupted", "commit": "6da19c9", "disk": size / 1e9, "error": None,
+                   "memory": 0.5, "state": "interrupted", "commit": "6da19c9", "disk": size / 1e9, "error": None,
                    "folder": str(run.path)}
 
 
@@ -39,10 +39,13 @@ def test_a_run_without_a_finished_episode_stands_there_too(a_run, tmp_path):
     [row] = paper_lengths.begun_only([a_run(3, state="failed").path, tmp_path / "nothing"])
     assert (row["env"], row["arm"], row["seed"], row["steps"]) == ("large_lab", "bounce", 3, 0)
     assert (row["state"], row["error"], row["commit"]) == ("failed", "stopped by SIGTERM", None)
+    (tmp_path / "3" / "run.json").write_text("{")
+    assert paper_lengths.noted_commits(tmp_path / "3" / "run.json") == "unreadable"
     (tmp_path / "3" / "run.json").unlink()
     (tmp_path / "3" / "status.json").write_text("{")
     [row] = paper_lengths.rows(paper_lengths.named(compare([a_summary("large_lab", folder=tmp_path / "3")])))
-    assert (row["state"], row["commit"], row["hours"]) == ("unknown", None, None), "what is left of it"
+    left = {key: row[key] for key in ("state", "commit", "hours", "memory")}
+    assert left == {"state": "unknown", "commit": None, "hours": None, "memory": None}, "what is left of it"
 
 
 def test_every_commit_that_went_on_is_named_and_from_where():
@@ -75,3 +78,11 @@ def test_runs_of_one_arm_and_seed_are_drawn_once_and_listed_both():
     comparison = compare([a_summary(steps=10), a_summary(steps=20)])
     assert [one.run.steps for one in paper_lengths.named(comparison)] == [10, 20]
     assert [one.run.steps for one in paper_lengths.drawn(comparison)] == [20]
+
+
+def test_an_arm_has_the_mean_and_range_of_the_runs_that_went_so_far():
+    runs = [a_summary("large_lab", seed=0, steps=40_000, found=(0, 20_000)),
+            a_summary("large_lab", seed=1, steps=20_000, found=(0, 5, 6, 7))]
+    [row] = paper_lengths.arm_coverages(paper_lengths.drawn(compare(runs)))
+    assert row == {"env": "large_lab", "arm": "lbs_dreamer", "n": 2, "coverage_at_10000": "25.0% (10.0% to 40.0%)",
+                   "coverage_at_30000": "20.0%, n = 1"}

@@ -54,6 +54,12 @@ def test_a_claim_is_decided_where_nothing_missing_could_change_it(monkeypatch, c
     assert judged(monkeypatch, *runs, claim=claim)["verdict"] == said
 
 
+def test_runs_of_unequal_length_have_no_mean(monkeypatch):
+    long, short = a_run("large_lab", 0.6, 600_000), a_run("large_lab", 0.4, 9000, 1)
+    assert judged(monkeypatch, long, short, claim=LAB)["ours"] == "60.0%, 40.0%"
+    assert judged(monkeypatch, long, a_run("large_lab", 0.4, 600_000, 1), claim=LAB)["ours"] == "50.0% (60.0%, 40.0%)"
+
+
 def test_all_three_arms_of_cbet_count_and_only_with_their_own_reward(monkeypatch):
     ours = a_run("apartment_0", 0.5, 2_000_000)
     theirs = [a_run("apartment_0", share, 5_000_000, 0, agent, **{"agent.view": view, "agent.reward": "cbet"})

@@ -13,7 +13,8 @@ from curionav_cli.results.tables import Columns, Row
 ARM = (("env", "env", "{}"), ("arm", "arm", "{}"), ("n", "n", "{:,}"))
 ARMS = (*ARM, ("coverage", "coverage", "{:.1%}"), ("area", "area_under_curve", "{:#.3g}"))
 COSTS = (
-    ("CPU s", "cpu_seconds", "{:,.1f}"), ("wall s", "seconds", "{:,.1f}"), ("updates", "updates", "{:,.0f}"),
+    ("CPU s", "cpu_seconds", "{:,.1f}"), ("wall s", "seconds", "{:,.1f}"), ("memory, GB", "memory", "{:.2f}"),
+    ("updates", "updates", "{:,.0f}"),
     ("frames read", "frames_read", "{:,.0f}"), ("to 50 %", "steps_to_50", "{:,.0f}"),
     ("to 80 %", "steps_to_80", "{:,.0f}"), ("to 90 %", "steps_to_90", "{:,.0f}"),
     ("to 99 %", "steps_to_99", "{:,.0f}"), ("explored", "steps_to_explored", "{:,.0f}"), ("steps", "steps", "{:,}"),
@@ -28,7 +29,8 @@ RUNS = (("env", "env", "{}"), ("arm", "arm", "{}"), ("seed", "seed", "{}"), ("st
         ("coverage", "coverage", "{:.1%}"), ("area", "area_under_curve", "{:#.3g}"), ("steps", "steps", "{:,}"),
         ("to 50 %", "steps_to_50", "{:,}"), ("to 80 %", "steps_to_80", "{:,}"), ("to 90 %", "steps_to_90", "{:,}"),
         ("to 99 %", "steps_to_99", "{:,}"), ("explored", "steps_to_explored", "{:,}"),
-        ("CPU s", "cpu_seconds", "{:,.1f}"), ("left out", "left_out", "{}"), ("gaps", "gaps", "{}"),
+        ("CPU s", "cpu_seconds", "{:,.1f}"), ("memory, GB", "memory", "{:.2f}"),
+        ("left out", "left_out", "{}"), ("gaps", "gaps", "{}"),
         ("error", "error", "{}"), ("folder", "folder", "{}"))
 VERSIONS = (("what", "what", "{}"), ("value", "value", "{}"), ("runs", "n", "{:,}"))
 

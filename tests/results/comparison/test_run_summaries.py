@@ -38,6 +38,16 @@ def test_a_whole_run_is_read_as_coverage_counts_it(a_run):
     assert np.isnan(summary.spent(5)["cpu_seconds"]) and summary.arm["loop.steps"] == 5
 
 
+def test_memory_is_the_most_of_all_parts_and_unknown_of_a_run_that_did_not_note_it(a_run):
+    run = a_run()
+    assert np.isnan(read(run.path, "landing", "visitable").spent(20)["memory"])
+    noted = ({}, {"peak_memory": 2e9}, {"peak_memory": 3e9}, {"peak_memory": 1e9})  # resumed before the last
+    run.write_metrics([row | more for row, more in zip(run.metrics(), noted)])
+    summary = read(run.path, "landing", "visitable")
+    assert [summary.spent(steps)["memory"] for steps in (10, 15, 20)] == [2.0, 3.0, 3.0]
+    assert np.isnan(summary.spent(5)["memory"])
+
+
 def note(run):
     """Rows of metrics that a run of today writes; what it counts by another rule is not in them."""
     coverage, rows = Coverage(run.plan), run.metrics()
