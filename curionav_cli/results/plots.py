@@ -50,7 +50,7 @@ OTHERS = (  # for agents of other names, and for all but the first arm of one ag
 VARIANTS = {  # of an agent's name in a label, everywhere too: which of OTHERS
     "view=ego": 1, "reward=count_oracle": 0, "reward=motion": 3, "reward=count": 5, "reward=rnd": 6, "reward=icm": 2,
     "reward=ride": 4, "curiosity=picture_count": 4, "curiosity=shuffled": 2, "curiosity=none": 6,
-    "curiosity=count": 5, "curiosity=disagreement": 3, "curiosity=rnd": 0,
+    "curiosity=count": 5, "curiosity=disagreement": 3, "curiosity=rnd": 0, "curiosity=lbs_count": 1,
     "surprise=shuffled": 2, "surprise=visits": 4,
 }
 MAXIMUM = "#b91c1c"

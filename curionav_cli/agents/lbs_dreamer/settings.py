@@ -26,6 +26,7 @@ class Curiosity(Enum):
 
     lbs = "lbs"
     picture_count = "picture_count"
+    lbs_count = "lbs_count"
     disagreement = "disagreement"
     rnd = "rnd"
     count = "count"

@@ -125,6 +125,11 @@ def test_a_target_of_two_values_is_met_at_its_conditional_mean(made):
     assert reward[kind == 1].mean() == pytest.approx(torch.tensor(4.0).log().item() / 2, abs=0.15)
 
 
+def test_lbs_count_is_the_kl_over_the_root_of_the_views_count(made, seen, data, noise):
+    target = made("lbs_count").target(seen, data, noise)
+    torch.testing.assert_close(target, surprise(seen) / data.counts.clamp(min=1).sqrt())
+
+
 def test_shuffled_targets_are_those_of_lbs_in_other_places(made, seen, data, noise):
     there = surprise(seen)
     shuffled = made("shuffled").target(seen, data, noise)
