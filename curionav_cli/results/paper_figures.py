@@ -80,7 +80,7 @@ def curves(runs: Sequence[Drawn], look: dict[str, Look]) -> Figure:
     handles = {label: line for axes in all_axes for line, label in zip(*axes.get_legend_handles_labels())}
     columns = columns_for(figure, list(handles))
     figure.legend(list(handles.values()), list(handles), loc="outside lower center", ncols=columns)
-    words = "mean and range of an arm's runs up to the end of the shortest, then each; dots: where runs end"
+    words = "mean and range of an arm's runs up to the end of the shortest, then each; dots: ends"
     figure.suptitle(wrapped(words, figure.get_figwidth() - 0.4), fontsize=9)
     figure.set_figheight(0.5 + (3.0 + LINE * lines) * down + LINE * -(-len(handles) // columns))
     return figure
