@@ -53,7 +53,7 @@ def by_age(run: RunFolder, settings: Config, agent: Agent) -> None:
         if not len(indices):
             continue
         chosen = np.sort(rng.choice(indices, min(EACH, len(indices)), replace=False))
-        found = [agent.predict(int(n), Episode.load(paths[n])).surprise for n in chosen]
+        found = [agent.predict(int(n), Episode.load(paths[n], thinned=True)).surprise for n in chosen]
         kl, reward = ([getattr(one, key)[:, SETTLED:].ravel() for one in found] for key in ("kl", "reward"))
         alike = np.corrcoef(np.concatenate(kl), np.concatenate(reward))[0, 1]
         often = np.mean([reads(settings, end, n) for n in chosen])

@@ -61,6 +61,7 @@ def test_a_finished_run_returns_at_once_and_may_become_longer(cli: Cli, tmp_path
     assert cli("resume", "run", "dock.requests=3").code == 0 and "3/3" in cli("runs", "run").out
 
 
+@pytest.mark.slow
 @unseen
 def test_only_what_differs_in_nothing_but_its_seed_is_counted_together(cli: Cli, tmp_path: Path) -> None:
     words = (*SMALL, "dock.requests=1", "seed=0,1", "robot.docking.attempt=20,48", "hydra.sweep.dir=sweep")

@@ -17,6 +17,7 @@ from curionav_cli.results.runs import Run
 FIGURES = ("predictions.png", "prediction_error.png")
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("painted")
 def test_a_learner_s_runs_are_drawn_alone_and_over_seeds(cli: Cli, tmp_path: Path) -> None:
     for seed in (0, 1):

@@ -212,5 +212,6 @@ def test_the_declared_experiment_has_every_curiosity_on_five_seeds(monkeypatch: 
                 for job in plan(hydra, ["experiment=curiosity_controls", *words], multirun=bool(words)).jobs]
     arms = {(word.partition("=")[2], other) for job in jobs for word in job for other in job
             if word.startswith("agent.curiosity=") and other.startswith("seed=")}
-    assert arms == {(choice.value, f"seed={seed}") for choice in Curiosity for seed in range(5)}
+    declared = set(Curiosity) - {Curiosity.lbs_count}  # which was not there when it was declared
+    assert arms == {(choice.value, f"seed={seed}") for choice in declared for seed in range(5)}
     assert len(jobs) == len(arms)
