@@ -74,8 +74,11 @@ def run(words: list[str]) -> int:
     return 0
 
 
-def opened(paths: Sequence[Path]) -> tuple[list[Run], list[str]]:
-    """Every run in these folders once that has a finished episode, and a line for each of the others."""
+def opened(paths: Sequence[Path], denominator: str = "visitable") -> tuple[list[Run], list[str]]:
+    """Every run in these folders once that has a finished episode, and a line for each of the others.
+
+    denominator: the cells that its coverage is a share of.
+    """
     runs: dict[Path, Run] = {}
     lost = []
     for path in paths:
@@ -85,7 +88,7 @@ def opened(paths: Sequence[Path]) -> tuple[list[Run], list[str]]:
             lost.append(str(error))
             continue
         for folder in folders:
-            run = Run(folder)
+            run = Run(folder, denominator=denominator)
             try:
                 if run.label and run.coverage.steps:
                     runs[folder.path.resolve()] = run

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 from pathlib import Path
 
 from rich.console import Console
@@ -105,11 +104,11 @@ def tables_of(shown: Sequence[Drawn], everyone: Sequence[Drawn], rows: Sequence[
 
 def effects(folders: Sequence[Path], out: Path) -> tuple[list[str], list[Table], list[str]]:
     """What moved objects do to surprise and coverage, a figure for each environment, and a line about runs left out."""
-    runs, lost = opened(folders)
+    runs, lost = opened(folders, "floor")
     if not runs:
         raise ConfigError("\n".join([*lost, NAME_RUNS.format("changes")]))
     distinguish(runs)
-    found, alone = changes.pairs([replace(run, denominator="floor") for run in runs])
+    found, alone = changes.pairs(runs)
     if not found:
         raise ConfigError("\n".join([*lost, *alone, "Nothing moved in any of these runs. Give one with "
                                                     "env.changes=true, of a world in which things move."]))

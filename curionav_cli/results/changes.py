@@ -103,7 +103,8 @@ def by_age(surprise: Surprise, age: np.ndarray) -> dict[int, np.ndarray]:
 def pairs(runs: Sequence[Run]) -> tuple[list[Seen], list[str]]:
     """Read runs with changes, and those without beside one with them; a line about each that is left out.
 
-    What moves when follows from the world and the seed alone, so that the longest run tells it to one without changes.
+    Sorted by world, agent, with changes first, and seed. What moves when follows from the world and the seed alone, so
+    that the longest run tells it to one without changes.
     """
     read = {id(run): [numbers(path) for path in run.episodes] for run in runs}
     items = {id(run): history([one.events for one in read[id(run)]]) for run in runs}
@@ -117,7 +118,13 @@ def pairs(runs: Sequence[Run]) -> tuple[list[Seen], list[str]]:
                         "which something did was given beside it.")
             continue
         found.append(seen(run, read[id(run)], items[id(partner)]))
-    return found, lost
+    return sorted(found, key=place), lost
+
+
+def place(one: Seen) -> tuple[str, str, bool, bool, int | str]:
+    """Where a run stands among others."""
+    seed = one.run.seed
+    return one.run.config["env"]["name"], one.run.agent, not one.changing, isinstance(seed, str), seed
 
 
 def relative(kl: Iterable[dict[int, np.ndarray]]) -> dict[int, list[float]]:
