@@ -84,8 +84,8 @@ def sign_flip_test(difference: np.ndarray, rng: np.random.Generator, draws: int 
 
 
 def interquartile_mean(runs: np.ndarray) -> np.ndarray:
-    """Mean of the middle half along the last axis: a quarter of the runs is cut off at each end, rounded down, so that of
-    fewer than four none is. runs: (..., N)."""
+    """Mean of the middle half along the last axis: a quarter of the runs is cut off at each end, rounded down:
+    of fewer than four none is. runs: (..., N)."""
     return stats.trim_mean(runs, 0.25, axis=-1)
 
 
