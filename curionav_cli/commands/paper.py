@@ -61,8 +61,8 @@ def run(words: list[str]) -> int:
     out, command = folder_for(chosen.get("out", ".")), shlex.join(["curionav", "paper", *words])
     console = a_console()
     lost: list[str] = []
-    out.mkdir(parents=True, exist_ok=True)
     if what == "docking":
+        out.mkdir(parents=True, exist_ok=True)
         rooms = [composed("paper", f"env={env}", "agent=bounce", "robot=turtlebot2i") for env in diagram.ROOMS]
         print_files(console, out, [diagram.draw(rooms, out)])
         return 0
@@ -75,6 +75,7 @@ def run(words: list[str]) -> int:
     else:
         parts = [hyperparameters() if what == "hyperparameters" else sizes()]
         texts = {f"{what}.{kind}": text for kind, text in written(parts[0]).items()}
+    out.mkdir(parents=True, exist_ok=True)
     for part in parts:
         print_columns(part.rows, part.columns, console, [heading for heading, _, _ in part.columns], part.title)
     for note in lost:

@@ -78,4 +78,16 @@ def test_no_run_is_one_clear_line(cli: Cli, tmp_path: Path, what: str) -> None:
     answer = cli("paper", what, "nowhere", "out=out")
     assert answer.code == 2 and f"curionav paper {what} outputs" in answer.error, answer.error
     assert "There is no folder nowhere." in answer.error
-    assert not list((tmp_path / "out").glob("*")) and "Traceback" not in answer.error
+    assert not (tmp_path / "out").exists() and "Traceback" not in answer.error
+
+
+def test_an_episode_that_is_cut_is_named(cli: Cli, sweep: Path) -> None:
+    episode = RunFolder(sweep / "0_a").episode_path(1)
+    episode.write_bytes(episode.read_bytes()[:-30])
+    drawn = cli("paper", "figures", "sweep/0_a", "out=out")
+    assert drawn.code == 0 and f"GAP: {Path('sweep/0_a/episodes/000001.npz')}" in drawn.out, drawn
+    refused = cli("paper", "changes", "sweep/0_a", "out=none")
+    assert refused.code == 2 and "GAP: " in refused.error and "Nothing moved" in refused.error
+    assert not Path("none").exists()
+    alone = cli("paper", "changes", "sweep/2_c", "out=out")
+    assert alone.code == 0 and "no two of these runs have the same agent and seed" in alone.out
