@@ -38,8 +38,8 @@ def filled(page: str, new: Blocks) -> str:
 
 
 def opened(path: Path, what: str, names: Sequence[str]) -> str:
-    """The page at `path`, into which `what` is to be written. Raises ConfigError where it has no block for it, or may not
-    be written.
+    """The page at `path`, into which `what` is to be written. Raises ConfigError where it has no block for it
+    or may not be written.
 
     names: those that its blocks may have.
     """
