@@ -14,6 +14,7 @@ from rich.table import Table
 from rich.text import Text
 
 from curionav_cli.config.search import NOTE, noted
+from curionav_cli.config.settings import read_settings
 from curionav_cli.errors import UserError
 from curionav_cli.execution.screen import a_console
 from curionav_cli.files import file_name, write_bytes
@@ -94,8 +95,9 @@ def best_first(row: dict[str, Any], direction: str) -> float:
 def can_be_longer(run: Run) -> bool:
     """Whether a run that is done can get more episodes: what learns from those that it has needs their images."""
     learns = any(row.get("updates") for row in run.folder.metrics())
-    again = learns and run.config["loop"].get("replay_episodes") not in (0, 1)
-    return not (again and any(map(gone, run.episodes[-1:])))
+    if not learns or not any(map(gone, run.episodes[-1:])):
+        return True
+    return read_settings(run.folder.config).loop.replay_episodes in (0, 1)
 
 
 def how_to_continue(root: Path, rows: Sequence[dict[str, Any]], search: dict[str, Any], longer: bool) -> list[str]:
