@@ -26,16 +26,16 @@ def test_runs_are_seen_waiting_running_and_done(tmp_path: Path) -> None:
                                 env={**environment, "NO_COLOR": "1"}, text=True, stdout=subprocess.PIPE,
                                 stderr=subprocess.PIPE)
         try:
-            until(lambda: (sweep / "multirun.yaml").is_file(), "no sweep has begun", 300)
+            until(lambda: (sweep / "multirun.yaml").is_file(), "no sweep has begun")
             watched = Watched(sweep)
 
             def state() -> str:
                 seen.append(json.loads(watched.state()))
                 return seen[-1]["summary"]
-            until(lambda: state() == "2 runs: 1 done, 1 waiting", "the first run is not done", 300)
+            until(lambda: state() == "2 runs: 1 done, 1 waiting", "the first run is not done")
             (tmp_path / "slurm" / "free").touch()
-            until(lambda: state() == "2 runs: 2 done", "the second run is not done", 300)
-            _, error = sent.communicate(timeout=300)
+            until(lambda: state() == "2 runs: 2 done", "the second run is not done")
+            _, error = sent.communicate()
         finally:
             sent.kill()
     assert sent.returncode == 0, error
