@@ -25,7 +25,7 @@ from curionav_cli.results import (
     verdicts,
 )
 from curionav_cli.results.comparison.comparison import TWICE, compare
-from curionav_cli.results.comparison.parallel import jobs_in, read_all
+from curionav_cli.results.comparison.parallel import jobs_in
 from curionav_cli.results.comparison.tables import Table
 from curionav_cli.results.paper_lengths import Drawn
 from curionav_cli.results.runs import distinguish
@@ -66,7 +66,7 @@ def run(what: str, folders: Sequence[Path], out: Path, console: Console, command
 def figures(folders: Sequence[Path], out: Path) -> tuple[list[str], list[Table], list[str]]:
     """The paper's figures of coverage, its claims with their verdicts, what each run covered and cost, and a line about
     each run that cannot be shown."""
-    runs, lost = read_all(folders, "landing", "visitable")
+    runs, lost = paper_lengths.read_learning(folders)
     if not runs:
         raise ConfigError("\n".join([*lost, NAME_RUNS.format("figures")]))
     out.mkdir(parents=True, exist_ok=True)

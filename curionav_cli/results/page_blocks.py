@@ -48,8 +48,9 @@ def opened(path: Path, what: str, names: Sequence[str]) -> str:
     except (OSError, UnicodeDecodeError) as error:
         raise ConfigError(f"page: {path} cannot be read ({getattr(error, 'strerror', None) or 'it is not UTF-8'}). "
                           "Name a Markdown page.") from error
-    if not os.access(path, os.W_OK):
-        raise ConfigError(f"page: {path} may not be written. Make it writable (chmod u+w), or name another.")
+    if not all(os.access(place, os.W_OK) for place in (path, path.resolve().parent)):
+        raise ConfigError(f"page: {path} may not be written. Make it and its folder writable (chmod u+w), or name "
+                          "another.")
     found = [name for kind, name in blocks(page) if kind == what]
     wrong = [name for name in found if name not in names]
     whole = len(BLOCK.findall(page)) == len(BEGINNING.findall(page))

@@ -48,7 +48,7 @@ def test_a_page_that_is_read_only_is_refused_before_anything_is_read(
         tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     (page := tmp_path / "page.md").write_text(PAGE)
     monkeypatch.setattr(page_blocks.os, "access", lambda path, mode: False)  # root may write everything
-    with pytest.raises(ConfigError, match=r"page\.md may not be written\. Make it writable"):
+    with pytest.raises(ConfigError, match=r"page\.md may not be written\. Make it and its folder writable"):
         page_blocks.opened(page, "figures", paper_page.NAMES["figures"])
 
 
