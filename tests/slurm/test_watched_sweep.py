@@ -15,7 +15,7 @@ from curionav_cli.execution.watching.watched import Watched
 
 pytest.importorskip("submitit", reason="needs the extra slurm")
 pytestmark = [pytest.mark.slow, pytest.mark.timeout(1200)]
-WORDS = ("explore", "-m", "env=small_room", "agent=bounce", "seed=0,1", "loop.episodes=60", "loop.steps=200",
+WORDS = ("explore", "-m", "env=small_room", "agent=bounce", "seed=0,1", "loop.episodes=15", "loop.steps=200",
          "launcher=slurm")
 
 
