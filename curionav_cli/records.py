@@ -30,7 +30,7 @@ class Pose(NamedTuple):
 
 
 ORIGIN = Pose(0.0, 0.0, 0.0)
-GONE = "{} holds {} of its {} images: the run did not keep the others (loop.keep)."
+GONE = "{} holds {} of its {} images: the run did not keep the others. Record one with loop.keep=all."
 
 
 @dataclass(frozen=True)

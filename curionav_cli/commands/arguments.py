@@ -32,6 +32,8 @@ def choice(command: str, word: str, choices: Choices) -> tuple[str, str]:
 
 def one_of(key: str, value: str, values: Sequence[str]) -> str:
     """`value`, if it is one of `values`. Raises ConfigError, with the nearest, if not."""
+    if not value:
+        raise ConfigError(f"{key}: name one of {', '.join(values)}.")
     if value not in values:
         near = difflib.get_close_matches(value, values, 1)
         raise ConfigError(f"{key}: {value!r} is not one of {', '.join(values)}."

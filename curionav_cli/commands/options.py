@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib
+from collections.abc import Callable
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -39,9 +40,23 @@ def option(command: str, key: str, about: str) -> Any:
     return typer.Option(f"--{key}", metavar=key.upper(), autocompletion=values, show_default=False, help=about)
 
 
-def folders(metavar: str, about: str) -> Any:
+def complete_what(ctx: typer.Context, incomplete: str) -> list[str]:
+    """The first word of curionav paper; after it, none: the shell's own completion finds the folders of runs."""
+    from curionav_cli.commands.paper import WHAT
+
+    return [] if ctx.params.get("words") else [what for what in WHAT if what.startswith(incomplete)]
+
+
+def complete_group(ctx: typer.Context, incomplete: str) -> list[str]:
+    """A group of settings."""
+    from curionav_cli.config.completion import group_names
+
+    return group_names(incomplete, ctx.params.get("config_dir"))
+
+
+def folders(metavar: str, about: str, completed: Callable[..., list[str]] | None = None) -> Any:
     """The folders that a command reads; its options may also stand among them as KEY=VALUE."""
-    return typer.Argument(metavar=metavar, show_default=False, help=about)
+    return typer.Argument(metavar=metavar, autocompletion=completed, show_default=False, help=about)
 
 
 Overrides = Annotated[list[str] | None, typer.Argument(
@@ -110,7 +125,7 @@ ExportRate = Annotated[str | None, option("export", "rate", "Steps a second, fro
 PaperWords = Annotated[list[str] | None, folders(
     "WHAT [RUN]", "hyperparameters: the paper's and ours; sizes: of the scenes; docking: the diagram of the docking "
     "server; of these runs: numbers: every number of the paper beside ours; figures: coverage at the paper's axes; "
-    "changes: what moved objects do to surprise and coverage.")]
+    "changes: what moved objects do to surprise and coverage.", complete_what)]
 PaperOut = Annotated[str | None, option("paper", "out", f"{OUT} Default: the current one.")]
 PaperPage = Annotated[str | None, option(
     "paper", "page", "figures, changes: Markdown pages, comma-separated, whose blocks get the tables and pictures.")]
@@ -122,7 +137,8 @@ Move = Annotated[bool, typer.Option("--move", help="Also turn 10 degrees to both
 
 NewFolder = Annotated[Path, typer.Argument(metavar="DIR", help="The directory to make or to add to.")]
 Group = Annotated[str | None, typer.Argument(
-    metavar="GROUP", show_default=False, help="One of agent, env, experiment, launcher, robot, scale.")]
+    metavar="GROUP", autocompletion=complete_group, show_default=False,
+    help="One of agent, env, experiment, launcher, robot, scale.")]
 BegunFolder = Annotated[Path, typer.Argument(metavar="DIR", help="The folder of a run or a sweep.")]
 Changes = Annotated[list[str] | None, typer.Argument(
     metavar="SETTING=VALUE", show_default=False,

@@ -18,11 +18,10 @@ from curionav_cli.execution.screen import a_console
 from curionav_cli.files import folder_for
 from curionav_cli.places import place
 from curionav_cli.records import FloorPlan
-from curionav_cli.results import page_blocks, paper, paper_page, tables
+from curionav_cli.results import page_blocks, paper, paper_lengths, paper_page, tables
 from curionav_cli.results.comparison import estimates
 from curionav_cli.results.comparison.comparison import Comparison
 from curionav_cli.results.comparison.comparison import compare as compared
-from curionav_cli.results.comparison.parallel import read_all
 from curionav_cli.results.comparison.tables import Table
 from curionav_cli.results.docking import came_home
 from curionav_cli.results.tables import Row
@@ -61,8 +60,8 @@ def run(words: list[str]) -> int:
     out, command = folder_for(chosen.get("out", ".")), shlex.join(["curionav", "paper", *words])
     console = a_console()
     lost: list[str] = []
-    out.mkdir(parents=True, exist_ok=True)
     if what == "docking":
+        out.mkdir(parents=True, exist_ok=True)
         rooms = [composed("paper", f"env={env}", "agent=bounce", "robot=turtlebot2i") for env in diagram.ROOMS]
         print_files(console, out, [diagram.draw(rooms, out)])
         return 0
@@ -75,6 +74,7 @@ def run(words: list[str]) -> int:
     else:
         parts = [hyperparameters() if what == "hyperparameters" else sizes()]
         texts = {f"{what}.{kind}": text for kind, text in written(parts[0]).items()}
+    out.mkdir(parents=True, exist_ok=True)
     for part in parts:
         print_columns(part.rows, part.columns, console, [heading for heading, _, _ in part.columns], part.title)
     for note in lost:
@@ -118,7 +118,7 @@ def numbers(folders: Sequence[Path]) -> tuple[list[Table], list[str]]:
     """A table for each part of the paper, and a line about each thing that is missing or unsure."""
     trials = [run for folder in folders for run in RunFolder.inside(folder) or [RunFolder(folder)] if came_home(run)]
     explored = [folder for folder in folders if not only_docking_trials(folder, trials)]
-    runs, lost = read_all(explored, "landing", "visitable")
+    runs, lost = paper_lengths.read_learning(explored)
     if folders and not runs and not trials:
         raise ConfigError("\n".join([*lost, "There is no run to take numbers from. Name folders of runs or "
                                      "sweeps, or none."]))
@@ -130,8 +130,9 @@ def numbers(folders: Sequence[Path]) -> tuple[list[Table], list[str]]:
              "docking": paper.docking(runs, trials)}
     rows: dict[str, list[Row]] = {name: [number._asdict() for number in found] for name, found in parts.items()}
     shown = [Table(name, TITLES[name], paper.COLUMNS, found) for name, found in rows.items() if found]
-    notes = [*estimates.notes(comparison, None), *lost] if runs else [*lost, "No run was given, so that nothing is "
-                                                                       "said about coverage and docking."]
+    missing = "coverage" if trials else "coverage and docking"
+    notes = [*estimates.notes(comparison, None), *lost] if runs else [
+        *lost, f"No run was given, so that nothing is said about {missing}."]
     return [hyperparameters(), *shown], notes
 
 

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from rich.console import Console
 
-from curionav_cli.commands.coverage import opened
+from curionav_cli.commands.coverage import gaps, opened
 from curionav_cli.commands.summary import print_columns, print_files, write_text
 from curionav_cli.errors import ConfigError
 from curionav_cli.files import file_name
@@ -24,13 +24,15 @@ from curionav_cli.results import (
     verdicts,
 )
 from curionav_cli.results.comparison.comparison import TWICE, compare
-from curionav_cli.results.comparison.parallel import jobs_in, read_all
+from curionav_cli.results.comparison.parallel import jobs_in
 from curionav_cli.results.comparison.tables import Table
 from curionav_cli.results.paper_lengths import Drawn
 from curionav_cli.results.runs import distinguish
 from curionav_cli.results.tables import Row
 
 NAME_RUNS = "There is no run to read. Name folders of runs or sweeps, as in: curionav paper {} outputs/DATE/SWEEP"
+NO_PAIR = ("What change costs is not shown: no two of these runs have the same agent and seed, one with "
+           "env.changes=true and one with env.changes=false.")
 
 VERDICTS = (
     "The paper's claims by the rules of docs/paper-length.md: our numbers up to where the runs go, and a verdict; not "
@@ -44,7 +46,6 @@ def run(what: str, folders: Sequence[Path], out: Path, console: Console, command
     command: the line that was typed. pages: Markdown pages whose blocks get the tables, instead of a page in out.
     """
     before = {page: page_blocks.opened(page, what, paper_page.NAMES[what]) for page in pages}
-    out.mkdir(parents=True, exist_ok=True)
     made, parts, lost = (figures if what == "figures" else effects)(folders, out)
     for part in parts:
         print_columns(part.rows, part.columns, console, [heading for heading, _, _ in part.columns], part.title)
@@ -54,7 +55,7 @@ def run(what: str, folders: Sequence[Path], out: Path, console: Console, command
         write_text(out / made[-1], "\n".join(tables.markdown(part.rows, part.columns, part.title) for part in parts))
     for page, text in before.items():
         drawn = paper_page.pictures(made, out, page.parent)
-        write_text(page, page_blocks.filled(text, paper_page.blocks(what, command, parts, drawn)))
+        page_blocks.written(page, page_blocks.filled(text, paper_page.blocks(what, command, parts, drawn)))
     for line in [*lost, *(f"{page}: its blocks are written anew." for page in pages)]:
         console.print(line, soft_wrap=True, highlight=False, markup=False)
     print_files(console, out, [*made, *(f"{part.name}.csv" for part in parts)])
@@ -64,9 +65,10 @@ def run(what: str, folders: Sequence[Path], out: Path, console: Console, command
 def figures(folders: Sequence[Path], out: Path) -> tuple[list[str], list[Table], list[str]]:
     """The paper's figures of coverage, its claims with their verdicts, what each run covered and cost, and a line about
     each run that cannot be shown."""
-    runs, lost = read_all(folders, "landing", "visitable")
+    runs, lost = paper_lengths.read_learning(folders)
     if not runs:
         raise ConfigError("\n".join([*lost, NAME_RUNS.format("figures")]))
+    out.mkdir(parents=True, exist_ok=True)
     comparison = compare(runs)
     shown, made = paper_lengths.drawn(comparison), []
     for name, figure in paper_figures.figures(shown, plots.looks({one.arm: one.run.agent for one in shown})):
@@ -80,7 +82,7 @@ def figures(folders: Sequence[Path], out: Path) -> tuple[list[str], list[Table],
     second = [f"Not drawn: {run.folder}, {reason}." for run, reason in comparison.left_out.items()
               if TWICE in reason]
     return made, [part for part in (*claims(shown), *tables_of(shown, everyone, rows)) if part.rows], [
-        *unfinished, *second, *lost]
+        *unfinished, *second, *(f"GAP: {gap}" for run in runs for gap in run.gaps), *lost]
 
 
 def claims(shown: Sequence[Drawn]) -> list[Table]:
@@ -109,17 +111,19 @@ def effects(folders: Sequence[Path], out: Path) -> tuple[list[str], list[Table],
         raise ConfigError("\n".join([*lost, NAME_RUNS.format("changes")]))
     distinguish(runs)
     found, alone = changes.pairs(runs)
+    notes = [*(line for run in runs for line in gaps(run)), *alone, *lost]
     if not found:
-        raise ConfigError("\n".join([*lost, *alone, "Nothing moved in any of these runs. Give one with "
-                                                    "env.changes=true, of a world in which things move."]))
+        raise ConfigError("\n".join([*notes, "Nothing moved in any of these runs. Give one with "
+                                              "env.changes=true, of a world in which things move."]))
+    out.mkdir(parents=True, exist_ok=True)
     made = []
     for scene in dict.fromkeys(one.run.config["env"]["name"] for one in found):
         here = [one for one in found if one.run.config["env"]["name"] == scene]
         made.append(f"changes_{file_name(scene)}.png")
         plots.save(change_plots.figure(here, scene), out / made[-1])
-    parts = [Table("change_pairs", change_pairs.BELOW, tables.known(change_pairs.COLUMNS, rows := change_pairs.rows(
-                 found)), rows),
+    rows = change_pairs.rows(found)
+    parts = [Table("change_pairs", change_pairs.BELOW, tables.known(change_pairs.COLUMNS, rows), rows),
              Table("changes", changes.BELOW, changes.COLUMNS, [changes.summary(one) for one in found]),
              Table("surprise_by_age", "Surprise near what moved, by the age of the move.", changes.AGE_COLUMNS,
                    [row for one in found for row in changes.age_rows(one)])]
-    return made, [part for part in parts if part.rows], [*alone, *lost]
+    return made, [part for part in parts if part.rows], [*([] if rows else [NO_PAIR]), *notes]

@@ -14,11 +14,13 @@ from rich.table import Table
 from rich.text import Text
 
 from curionav_cli.config.search import NOTE, noted
+from curionav_cli.config.settings import read_settings
 from curionav_cli.errors import UserError
 from curionav_cli.execution.screen import a_console
 from curionav_cli.files import file_name, write_bytes
 from curionav_cli.results import plots, tables
 from curionav_cli.results.runs import Run, distinguish, job_number
+from curionav_cli.storage.pictures import gone
 
 SHOWN = ("agent", "seed", "coverage", "visited", "cells", "steps", "area", "to 50 %", "to 80 %", "forward", "left",
          "right", "cancelled", "state", "env", "learning")  # the most important first: a narrow terminal shows fewer
@@ -39,13 +41,14 @@ def show(folder: Path, folders: Sequence[Path]) -> None:
 
 def show_run(folder: Path, console: Console) -> None:
     """Print the summary of one run."""
-    row = Run.open(folder).row()
+    run = Run.open(folder)
+    row = run.row()
     print_table([row], console)
     print_files(console, folder, ("figures/heatmap.png", "figures/coverage.png", "figures/predictions.png",
                                   "figures/prediction_error.png", "figures/probe.png", "table.md", "episodes"))
     on = f"curionav resume {shlex.quote(str(folder))}"
-    longer = f"{on} loop.episodes={2 * row['episodes']}   (the same run, longer)"
-    print_next(console, [longer if row["state"] == "done" else on,
+    longer = [f"{on} loop.episodes={2 * row['episodes']}   (the same run, longer)"] if can_be_longer(run) else []
+    print_next(console, [*(longer if row["state"] == "done" else [on]),
                          "curionav explore -m agent=lbs_dreamer,random,bounce seed=0,1,2,3,4",
                          "curionav explore --help   (every setting)"])
 
@@ -77,7 +80,7 @@ def show_sweep(root: Path, folders: Sequence[Path], console: Console) -> None:
         if row["state"] != "done":
             console.print(f"{row['state']}: {row['folder']}: {row['error']}", soft_wrap=True, markup=False)
     print_files(console, root, [*made, "table.md", "results.csv", "optimization_results.yaml"])
-    print_next(console, [*how_to_continue(root, rows, search),
+    print_next(console, [*how_to_continue(root, rows, search, all(map(can_be_longer, runs))),
                          f"curionav compare {shlex.quote(str(root))}   (intervals, and report.html)",
                          "curionav explore -m agent=lbs_dreamer,random,bounce seed=0,1,2,3,4 launcher=cores",
                          "curionav explore --help   (every setting)"])
@@ -89,8 +92,17 @@ def best_first(row: dict[str, Any], direction: str) -> float:
     return float("inf") if coverage is None else -coverage if direction == "maximize" else coverage
 
 
-def how_to_continue(root: Path, rows: Sequence[dict[str, Any]], search: dict[str, Any]) -> list[str]:
-    """The command that resumes a sweep or makes it longer; [] for one without a record of its command."""
+def can_be_longer(run: Run) -> bool:
+    """Whether a run that is done can get more episodes: what learns from those that it has needs their images."""
+    learns = any(row.get("updates") for row in run.folder.metrics())
+    if not learns or not any(map(gone, run.episodes[-1:])):
+        return True
+    return read_settings(run.folder.config).loop.replay_episodes in (0, 1)
+
+
+def how_to_continue(root: Path, rows: Sequence[dict[str, Any]], search: dict[str, Any], longer: bool) -> list[str]:
+    """The command that resumes a sweep or makes it longer, where it can be; [] for one without a record of its command.
+    """
     on, states = f"curionav resume {shlex.quote(str(root))}", {row["state"] for row in rows}
     if not (root / NOTE).is_file():
         return []
@@ -98,7 +110,8 @@ def how_to_continue(root: Path, rows: Sequence[dict[str, Any]], search: dict[str
         done = len(rows) >= trials and "interrupted" not in states
         return [f"{on} hydra.sweeper.n_trials={2 * trials}   (the same search, longer)" if done else on]
     if states == {"done"}:
-        return [f"{on} loop.episodes={2 * max(row['episodes'] for row in rows)}   (the same runs, longer)"]
+        most = 2 * max(row["episodes"] for row in rows)
+        return [f"{on} loop.episodes={most}   (the same runs, longer)"] if longer else []
     return [f"{on} --failed   (what failed, once more)" if "failed" in states else on]
 
 

@@ -5,11 +5,14 @@ A block begins with a line such as <!-- curionav paper figures: verdicts --> and
 
 from __future__ import annotations
 
+import os
 import re
 from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import IO
 
 from curionav_cli.errors import ConfigError
+from curionav_cli.files import write_whole
 
 MARK = "<!-- curionav paper {}: {} -->"
 END = "<!-- end -->"
@@ -35,7 +38,8 @@ def filled(page: str, new: Blocks) -> str:
 
 
 def opened(path: Path, what: str, names: Sequence[str]) -> str:
-    """The page at `path`, into which `what` is to be written. Raises ConfigError where it has no block for it.
+    """The page at `path`, into which `what` is to be written. Raises ConfigError where it has no block for it
+    or may not be written.
 
     names: those that its blocks may have.
     """
@@ -44,6 +48,9 @@ def opened(path: Path, what: str, names: Sequence[str]) -> str:
     except (OSError, UnicodeDecodeError) as error:
         raise ConfigError(f"page: {path} cannot be read ({getattr(error, 'strerror', None) or 'it is not UTF-8'}). "
                           "Name a Markdown page.") from error
+    if not all(os.access(place, os.W_OK) for place in (path, path.resolve().parent)):
+        raise ConfigError(f"page: {path} may not be written. Make it and its folder writable (chmod u+w), or name "
+                          "another.")
     found = [name for kind, name in blocks(page) if kind == what]
     wrong = [name for name in found if name not in names]
     whole = len(BLOCK.findall(page)) == len(BEGINNING.findall(page))
@@ -52,3 +59,14 @@ def opened(path: Path, what: str, names: Sequence[str]) -> str:
         raise ConfigError(f"page: {path} {why}. What curionav paper {what} writes stands between a line "
                           f"{MARK.format(what, names[0])} and a line {END}; names are {', '.join(names)}.")
     return page
+
+
+def written(path: Path, text: str) -> None:
+    """Write the page where it is, also behind a link, with the permissions that it has."""
+    page = path.resolve()
+    mode = page.stat().st_mode
+
+    def body(file: IO[bytes]) -> None:
+        file.write(text.encode())
+        os.fchmod(file.fileno(), mode)
+    write_whole(page, body)

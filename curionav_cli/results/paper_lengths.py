@@ -11,6 +11,7 @@ from typing import Any, NamedTuple
 from curionav_cli.errors import RunFolderError
 from curionav_cli.files import read_json
 from curionav_cli.results.comparison.comparison import TWICE, Comparison, measures
+from curionav_cli.results.comparison.parallel import read_all
 from curionav_cli.results.comparison.run_summaries import RunSummary
 from curionav_cli.results.labels import scene_name
 from curionav_cli.results.runs import Run, known, spent
@@ -57,6 +58,15 @@ class Drawn(NamedTuple):
         return OURS_UNTIL if ours else UNTIL.get(self.scene)
 
 
+def read_learning(folders: Sequence[Path]) -> tuple[list[RunSummary], list[str]]:
+    """Every run in these folders, and a line about each that cannot be read or evaluates an agent that was trained
+    elsewhere: the paper's curves are of agents that learn."""
+    runs, lost = read_all(folders, "landing", "visitable")
+    lost += [f"LEFT OUT: {run.folder} evaluates a trained agent; the paper's curves are of agents that learn."
+             for run in runs if run.evaluates]
+    return [run for run in runs if not run.evaluates], lost
+
+
 def named(comparison: Comparison) -> list[Drawn]:
     """Every run with its names, by environment and arm in their order of appearance, and by seed."""
     envs, arms = (list(dict.fromkeys(names)) for names in zip(*comparison.names.values()))
@@ -77,11 +87,13 @@ def rows(runs: Sequence[Drawn]) -> list[Row]:
 
 
 def begun_only(folders: Sequence[Path]) -> list[Row]:
-    """A row for each of these folders whose run has no finished episode; none for one that holds no run."""
+    """A row for each of these folders whose run ended before its first episode did; none for one that holds no run."""
     found: list[Row] = []
     for folder in folders:
         try:
             settings, status = RunFolder(folder).settings, RunFolder(folder).status
+            if status.get("state") == "done":  # a training, or a test of docking
+                continue
             found.append({"env": scene_name(settings["env"]), "arm": settings["agent"]["name"],
                           "seed": settings["seed"], "steps": 0, "error": status.get("error"), **about(folder)})
         except RunFolderError:

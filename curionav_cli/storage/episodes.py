@@ -13,7 +13,7 @@ from curionav_cli.files import checksum, read_arrays
 from curionav_cli.records import GONE
 from curionav_cli.storage.run_folder import RunFolder
 
-CURE = "Set agent.action_repeat or agent.options as in that run, or record one with loop.keep=all."
+CURE = "Where it kept some, set agent.action_repeat or agent.options as in that run."
 
 
 def names(data: Path) -> list[str]:
@@ -69,6 +69,6 @@ def choices(path: Path, every: Every) -> int:
     arrays = read_arrays(path, ("action", "collided"), ("kept",))
     frame = every.decisions(arrays["action"], arrays["collided"], path).frame
     if "kept" in arrays and not np.isin(frame, arrays["kept"]).all():
-        raise RunFolderError(f"{GONE.format(path, len(arrays['kept']), len(arrays['action']) + 1)} An agent with "
-                             f"{every.unit} cannot learn from them. {CURE}")
+        raise RunFolderError(f"{GONE.format(path, len(arrays['kept']), len(arrays['action']) + 1)} For an agent "
+                             f"with {every.unit} they are too few. {CURE}")
     return len(frame) - 1

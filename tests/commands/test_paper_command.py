@@ -83,7 +83,7 @@ def test_the_diagram_has_every_phase_and_what_was_passed_through(tmp_path: Path)
 
 
 @pytest.mark.parametrize(("words", "said"), [
-    ((), "is not one of hyperparameters, sizes, docking, numbers"), (("size",), "Did you mean sizes?"),
+    ((), "paper: name one of hyperparameters, sizes, docking, numbers"), (("size",), "Did you mean sizes?"),
     (("sizes", "run"), "reads no runs"), (("numbers", "colour=red"), "paper has no setting colour"),
     (("numbers", "page=README.md"), "has no page="), (("changes", "page=README.md"), "No such file or directory"),
 ])

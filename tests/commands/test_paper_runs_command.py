@@ -78,4 +78,32 @@ def test_no_run_is_one_clear_line(cli: Cli, tmp_path: Path, what: str) -> None:
     answer = cli("paper", what, "nowhere", "out=out")
     assert answer.code == 2 and f"curionav paper {what} outputs" in answer.error, answer.error
     assert "There is no folder nowhere." in answer.error
-    assert not list((tmp_path / "out").glob("*")) and "Traceback" not in answer.error
+    assert not (tmp_path / "out").exists() and "Traceback" not in answer.error
+
+
+def test_an_episode_that_is_cut_is_named(cli: Cli, sweep: Path) -> None:
+    episode = RunFolder(sweep / "0_a").episode_path(1)
+    episode.write_bytes(episode.read_bytes()[:-30])
+    drawn = cli("paper", "figures", "sweep/0_a", "out=out")
+    assert drawn.code == 0 and f"GAP: {Path('sweep/0_a/episodes/000001.npz')}" in drawn.out, drawn
+    refused = cli("paper", "changes", "sweep/0_a", "out=none")
+    assert refused.code == 2 and "GAP: " in refused.error and "Nothing moved" in refused.error
+    assert not Path("none").exists()
+    alone = cli("paper", "changes", "sweep/2_c", "out=out")
+    assert alone.code == 0 and "no two of these runs have the same agent and seed" in alone.out
+
+
+def test_what_does_not_learn_is_no_run_of_the_papers_agent(cli: Cli, tmp_path: Path, an_episode, a_plan) -> None:
+    """An evaluation of it, and a folder that is done without an episode, as a training and a test of docking are."""
+    config = SETTINGS.format(agent="lbs_dreamer", changes="true")
+    for name, more, episodes in (("learner", {}, 1), ("frozen", {"training seed": 0}, 1), ("trained", {}, 0)):
+        run = RunFolder(tmp_path / name)
+        run.create(config, {"agent": {"name": "lbs_dreamer"}, "env": {}, **more}, {}, a_plan())
+        (run.path / "episodes").mkdir(exist_ok=True)
+        for index in range(episodes):
+            run.save_episode(index, an_episode(steps=3))
+        run.set_status(state="done", episode=episodes)
+    answer = cli("paper", "figures", "learner", "frozen", "trained", "out=out")
+    assert answer.code == 0 and "LEFT OUT: frozen evaluates a trained agent" in answer.out, answer.error
+    assert [row["folder"] for row in rows(tmp_path / "out" / "runs.csv")] == ["learner"]
+    assert rows(tmp_path / "out" / "verdicts.csv")[0]["n"] == "1 of 2"

@@ -35,6 +35,23 @@ def test_a_page_that_cannot_be_written_into_is_named(tmp_path: Path, text: str |
     assert str(page) in str(refused.value)
 
 
+def test_a_page_behind_a_link_keeps_its_link_and_its_permissions(tmp_path: Path) -> None:
+    (page := tmp_path / "page.md").write_text("old")
+    page.chmod(0o640)
+    (link := tmp_path / "link.md").symlink_to(page.name)
+    page_blocks.written(link, "new")
+    assert link.is_symlink() and (page.read_text(), page.stat().st_mode & 0o777) == ("new", 0o640)
+    assert sorted(tmp_path.iterdir()) == [link, page]
+
+
+def test_a_page_that_is_read_only_is_refused_before_anything_is_read(
+        tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (page := tmp_path / "page.md").write_text(PAGE)
+    monkeypatch.setattr(page_blocks.os, "access", lambda path, mode: False)  # root may write everything
+    with pytest.raises(ConfigError, match=r"page\.md may not be written\. Make it and its folder writable"):
+        page_blocks.opened(page, "figures", paper_page.NAMES["figures"])
+
+
 def test_a_page_has_no_folders_and_links_beside_itself(tmp_path: Path) -> None:
     part = Table("runs", "One row a run.", (("arm", "arm", "{}"), ("folder", "folder", "{}")),
                  [{"arm": "bounce", "folder": "/somewhere"}])

@@ -72,11 +72,19 @@ def daemons(folder: Path) -> Iterator[dict[str, str]]:
     munged = ["runuser", "-u", "munge", "--", shutil.which("munged"), "--foreground", "--force",
               f"--key-file={within}/key", f"--socket={within}/socket", f"--pid-file={within}/pid",
               f"--log-file={within}/log", f"--seed-file={within}/seed"]
+    ready = (
+        (munged, (within / "socket").exists),
+        (["slurmctld", "-D"], lambda: " UP" in answer(["scontrol", "ping"], environment)),
+        (["slurmd", "-D"], lambda: "idle" in answer(["sinfo", "-h", "-o", "%t"], environment)))
     with ExitStack() as stack:
-        for command in (munged, ["slurmctld", "-D"], ["slurmd", "-D"]):
+        for command, is_ready in ready:
             stack.enter_context(running(command, environment, folder / "daemons.log"))
-        until(lambda: "idle" in answer(["sinfo", "-h", "-o", "%t"], environment), "the node is not idle")
-        yield environment
+            until(is_ready, f"{command[0]} is not ready: {folder / 'daemons.log'}")
+        try:
+            yield environment
+        finally:
+            subprocess.run(["scancel", "--user", "root"], env=environment, capture_output=True)  # of a test that failed
+            until(lambda: not answer(["squeue", "-h"], environment).strip(), "jobs were not stopped")
 
 
 @contextmanager
@@ -84,7 +92,6 @@ def running(command: list[str], environment: dict[str, str], log: Path) -> Itera
     """A daemon, stopped by its own process id."""
     with open(log, "ab") as file, subprocess.Popen(command, env=environment, stdout=file, stderr=file) as daemon:
         try:
-            time.sleep(0.5)
             yield
         finally:
             daemon.terminate()
@@ -94,7 +101,7 @@ def answer(command: list[str], environment: dict[str, str]) -> str:
     return subprocess.run(command, env=environment, capture_output=True, text=True).stdout
 
 
-def until(true, otherwise: str, seconds: float = 60.0) -> None:
+def until(true, otherwise: str, seconds: float = 300.0) -> None:
     """Waits for it. Raises TimeoutError with the words of `otherwise`."""
     end = time.monotonic() + seconds
     while not true():

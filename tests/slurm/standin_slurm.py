@@ -1,7 +1,7 @@
 """sbatch, srun, sacct and scancel for tests on machines without Slurm: each by the name that it is called by.
 
-The tasks of an array run one after the other on this machine; from the second on, each waits for the file `free` in the
-folder that STANDIN_SLURM names.
+The tasks of an array run one after the other on this machine. Each waits for a file in the folder that STANDIN_SLURM
+names: the first for `begin`, the others for `free`.
 """
 
 from __future__ import annotations
@@ -44,7 +44,7 @@ def work(folder: Path, script: str) -> None:
     """Run the tasks of a script's array."""
     last = int(re.findall(r"^#SBATCH --array=0-(\d+)", Path(script).read_text(), re.MULTILINE)[0])
     for task in range(last + 1):
-        while task and not (folder / "free").exists():
+        while not (folder / ("free" if task else "begin")).exists():
             if (folder / "over").exists():
                 return
             time.sleep(0.1)

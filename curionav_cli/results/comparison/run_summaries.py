@@ -48,6 +48,11 @@ class RunSummary:
     def steps(self) -> int:
         return int(self.ends[-1])
 
+    @property
+    def evaluates(self) -> bool:
+        """Whether its agent was trained before, and does not learn here."""
+        return isinstance(self.seed, str)
+
     def spent(self, steps: int) -> dict[str, float]:
         """Budget of the first `steps` steps, with the learning after the episode that they end in."""
         episodes = int(np.searchsorted(self.ends, steps))
