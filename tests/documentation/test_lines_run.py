@@ -82,6 +82,8 @@ def beside(cli: Cli, page: Path, prepared: Path, tmp_path: Path, monkeypatch: py
         made(cli, prepared, "evaluate outputs/DATE/RUN hydra.run.dir=outputs/DATE/EVALUATION")
     if "pretrained=apartments" in told:
         made(cli, prepared, "card outputs/DATE/RUN pretrained=apartments")
+    if "page=" in told:
+        shutil.copytree(ROOT / "docs", "docs", ignore=lambda _, names: [name for name in names if ".md" not in name])
     if "mcap" in told:
         made(cli, prepared, "export outputs/DATE/RUN --to mcap out=recorded")
         shutil.copy(next((tmp_path / "recorded").rglob("*.mcap")), tmp_path / "office.mcap")
@@ -129,7 +131,9 @@ def short(words: list[str], folder: Path) -> list[str]:
 
 
 def makes(words: list[str]) -> list[str]:
-    """The folders that a line makes."""
+    """The folders that a line makes; curionav paper writes into those that are there, beside pages."""
+    if words[0] == "paper":
+        return []
     named = [word.partition("=")[2] for word in words
              if word.startswith(("hydra.run.dir=", "hydra.sweep.dir=", "out=", "pretrained="))]
     beside = {"card": "card", "export": "bags", "init": "."}.get(words[0], "")
