@@ -182,6 +182,7 @@ def launch_groups() -> tuple[str, ...]:
 
 PLACEHOLDERS = {"RUN": "outputs/DATE/RUN", "SWEEP": "outputs/DATE/SWEEP", "DIR": "outputs/DATE/RUN", "GROUP": "env",
                 "NAME": "small_room", "cuda": "cpu", "PROFILE": "turtlebot4", "COMMAND": "explore",
+                "PAGE": "docs/paper-length.md",
                 "benchmarks/conf": f"{ROOT}/benchmarks/conf"}
 CABIN = re.compile(r"^Put this into `(\S+)`:\n\n```yaml\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 BY_ANOTHER_TEST = ("agent=turner", "env=replica_apartment_")  # test_another_agent.py, test_scan_commands.py

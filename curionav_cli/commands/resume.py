@@ -95,8 +95,8 @@ def refuse_other_changes(command: str, changes: list[str], searched: bool = Fals
     may = (LONGER, *MAY_CHANGE[command][1:]) if searched else MAY_CHANGE[command]
     for key in (change.partition("=")[0] for change in changes):
         if key not in may:
-            raise ConfigError(f"A run keeps the settings it began with; only {', '.join(may)} may "
-                              f"change, not {key}. Start a new run for another value.")
+            raise ConfigError(f"{key} may not change: a run keeps the settings that it began with. Start a new run "
+                              f"for another value. What may change: {', '.join(may)}.")
 
 
 def run_again(note: Path, folder: Path, changes: list[str], multirun: bool, failed: bool) -> int:

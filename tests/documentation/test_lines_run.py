@@ -70,9 +70,9 @@ def beside(cli: Cli, page: Path, prepared: Path, tmp_path: Path, monkeypatch: py
         lambda *arguments: [batch[:2] for batch in divide(*arguments)]))
     write_two_rooms(tmp_path)
     put_configs(tmp_path)
-    told = "\n".join(" ".join(words_to_type(words, tmp_path)) for words in commands(page))
     run = RUN.get(page.name, EXPLORED)
     made(cli, prepared, f"{run} hydra.run.dir=outputs/DATE/RUN")
+    told = "\n".join(" ".join(words_to_type(words, tmp_path)) for words in commands(page))
     if "SWEEP" in told:
         made(cli, prepared, "explore -m env=small_room agent=lbs_dreamer,random,bounce seed=range(2) "
                             "hydra.sweep.dir=outputs/DATE/SWEEP")
@@ -82,6 +82,8 @@ def beside(cli: Cli, page: Path, prepared: Path, tmp_path: Path, monkeypatch: py
         made(cli, prepared, "evaluate outputs/DATE/RUN hydra.run.dir=outputs/DATE/EVALUATION")
     if "pretrained=apartments" in told:
         made(cli, prepared, "card outputs/DATE/RUN pretrained=apartments")
+    if "page=" in told:
+        shutil.copytree(ROOT / "docs", "docs", ignore=lambda _, names: [name for name in names if ".md" not in name])
     if "mcap" in told:
         made(cli, prepared, "export outputs/DATE/RUN --to mcap out=recorded")
         shutil.copy(next((tmp_path / "recorded").rglob("*.mcap")), tmp_path / "office.mcap")
@@ -129,11 +131,18 @@ def short(words: list[str], folder: Path) -> list[str]:
 
 
 def makes(words: list[str]) -> list[str]:
-    """The folders that a line makes."""
+    """The folders that a line makes; curionav paper writes into those that are there, beside pages."""
+    if words[0] == "paper":
+        return []
     named = [word.partition("=")[2] for word in words
              if word.startswith(("hydra.run.dir=", "hydra.sweep.dir=", "out=", "pretrained="))]
     beside = {"card": "card", "export": "bags", "init": "."}.get(words[0], "")
     return named or [f"{word.removesuffix('...')}/{beside}" for word in words[1:2] if beside]
+
+
+def thins(words: list[str]) -> bool:
+    """Whether a line removes images, which others read: it is run after them."""
+    return words[0] == "resume" and any(word.startswith("loop.keep=") for word in words)
 
 
 def not_run(line: str) -> str:
@@ -151,7 +160,7 @@ def test_every_line_of_a_page_runs(beside: Cli, page: Path, tmp_path: Path) -> N
     if page.name == "sb3.md":
         pytest.importorskip("sb3_contrib", reason="the extra sb3 is not installed")
     failed = {}
-    for words in commands(page):
+    for words in sorted(commands(page), key=thins):
         line = shlex.join(words)
         if not_run(line):
             continue
