@@ -13,6 +13,7 @@ from curionav_cli.commands.summary import print_columns, print_files, write_text
 from curionav_cli.errors import ConfigError
 from curionav_cli.files import file_name
 from curionav_cli.results import (
+    change_ages,
     change_pairs,
     change_plots,
     changes,
@@ -120,6 +121,8 @@ def effects(folders: Sequence[Path], out: Path) -> tuple[list[str], list[Table],
         plots.save(change_plots.figure(here, scene), out / made[-1])
     parts = [Table("change_pairs", change_pairs.BELOW, tables.known(change_pairs.COLUMNS, rows := change_pairs.rows(
                  found)), rows),
+             Table("change_ages", change_ages.BELOW, tables.known(change_ages.COLUMNS, aged := change_ages.rows(found)),
+                   aged),
              Table("changes", changes.BELOW, changes.COLUMNS, [changes.summary(one) for one in found]),
              Table("surprise_by_age", "Surprise near what moved, by the age of the move.", changes.AGE_COLUMNS,
                    [row for one in found for row in changes.age_rows(one)])]

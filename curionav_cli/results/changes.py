@@ -173,10 +173,11 @@ def written(age: int) -> str:
     return "elsewhere" if age == ELSEWHERE else f"{age} or more" if age == OLDEST else str(age)
 
 
-def shares(one: Seen, stretches: int) -> tuple[np.ndarray, np.ndarray]:
-    """The share of steps near what just moved in each stretch of episodes, and the steps at its end."""
-    near = np.array([(each[1:] == 0).sum() for each in one.age])
-    steps = np.array([len(each) - 1 for each in one.age])
-    parts = np.array_split(np.arange(len(steps)), min(stretches, len(steps)))
-    return np.cumsum(steps)[[part[-1] for part in parts]], np.array([near[part].sum() / steps[part].sum()
-                                                                      for part in parts])
+def shares(runs: Sequence[Seen], width: int) -> tuple[np.ndarray, np.ndarray]:
+    """The share of steps of some runs together near what just moved, in each stretch of `width` episodes, and the steps
+    of the longest run at its end."""
+    longest = max(runs, key=lambda one: len(one.age))
+    stretches = [slice(start, start + width) for start in range(0, len(longest.age), width)]
+    near = [np.concatenate([each[1:] == 0 for one in runs for each in one.age[here]]).mean() for here in stretches]
+    steps = np.cumsum([len(each) - 1 for each in longest.age])
+    return np.array([steps[here][-1] for here in stretches]), np.array(near)
