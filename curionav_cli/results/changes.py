@@ -38,7 +38,8 @@ AGE_COLUMNS: Columns = (
 BELOW = (
     f"near: within {NEAR:g} m of where an object stands or stood before its last move; of elsewhere: mean KL over "
     "that of frames near nothing that ever moved, in the same episode, with its 95 % t interval; expected after: the "
-    f"first age from which it stays at {LIKE_ELSEWHERE:g} or below, or its interval holds 1")
+    f"first age from which it stays at {LIKE_ELSEWHERE:g} or below, or its interval holds 1, of ages with two "
+    "episodes or more")
 
 
 class Item(NamedTuple):
@@ -154,8 +155,12 @@ def summary(one: Seen) -> Row:
 
 
 def expected(relative: dict[int, Estimate | None]) -> str | None:
-    """The first age from which the relative surprise stays low, or cannot be told from 1; None without surprise."""
-    known = {age: estimate for age, estimate in sorted(relative.items()) if estimate is not None}
+    """The first age from which the relative surprise stays low, or cannot be told from 1; None without surprise.
+
+    An age with one episode has no interval and decides nothing.
+    """
+    known = {age: estimate for age, estimate in sorted(relative.items())
+             if estimate is not None and not np.isnan(estimate.low)}
     if not known:
         return None
     high = [age for age, (value, low, _) in known.items() if value > LIKE_ELSEWHERE and not low <= 1]

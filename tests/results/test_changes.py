@@ -45,20 +45,20 @@ def a_run(tmp_path, an_episode, a_plan):
 
 def test_surprise_falls_with_the_age_of_a_move_and_the_control_has_none(a_run):
     still = dict.fromkeys(NATS, 1.0)
-    found, lost = changes.pairs([a_run(True), a_run(False, near=still)])
+    found, lost = changes.pairs([a_run(True, episodes=7), a_run(False, near=still, episodes=7)])
     assert not lost
     for one, nats in zip(found, (NATS, still), strict=True):
         rows = {row["number"]: row for row in changes.age_rows(one)}
         assert list(rows) == [0, 1, 2, ELSEWHERE]
         assert {age: row["relative"].value for age, row in rows.items()} == pytest.approx(nats)
-        assert [rows[age]["frames"] for age in rows] == [12, 12, 6, 12 + 5 * 6]
+        assert [rows[age]["frames"] for age in rows] == [12, 12, 12, 12 + 6 * 6]
         summary = changes.summary(one)
-        assert summary["near"] == pytest.approx(2 * 5 / 66) and summary["ever"] == pytest.approx(5 * 5 / 66)
+        assert summary["near"] == pytest.approx(2 * 5 / 77) and summary["ever"] == pytest.approx(6 * 5 / 77)
     assert [changes.summary(one)["moves"] for one in found] == [2, 0]
     assert [changes.summary(one)["expected"] for one in found] == ["2", "0"]
     steps, share = changes.shares(found[:1], 2)
-    assert steps.tolist() == [22, 44, 66]
-    assert share == pytest.approx([5 / 22, 0, 5 / 22])
+    assert steps.tolist() == [22, 44, 66, 77]
+    assert share == pytest.approx([5 / 22, 0, 5 / 22, 0])
 
 
 @pytest.mark.parametrize(("on", "off"), [(6, 3), (3, 6), (6, 6)])
@@ -84,8 +84,10 @@ def test_change_costs_coverage_by_the_declared_rule(points, said):
 def test_a_run_without_changes_is_left_out_alone_and_surprise_may_last(a_run):
     found, lost = changes.pairs([a_run(False)])
     assert not found and "no run of its world and seed 3" in lost[0]
-    [one], _ = changes.pairs([a_run(True, near={**NATS, 2: 2.0})])
+    [one], _ = changes.pairs([a_run(True, near={**NATS, 2: 2.0}, episodes=7)])
     assert changes.summary(one)["expected"] == "not within 2"
+    [one], _ = changes.pairs([a_run(True, near={**NATS, 2: 2.0}, seed=4)])
+    assert changes.summary(one)["expected"] == "not within 1", "one episode of age 2 decides nothing"
 
 
 def test_near_is_a_metre_from_the_old_place_too_and_the_youngest_counts():
