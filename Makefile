@@ -24,7 +24,7 @@ QUESTION = experiment=curiosity_controls
 WORLD ?= env=small_room
 EXPLORERS ?= random bounce mapper cbet lbs_dreamer
 SEEDS ?= $(if $(filter smoke,$(SCALE)),2,5)
-TEACH = outputs/teach/$(SCALE)
+TEACH = outputs/teach/$(SCALE)/$(subst =,_,$(subst $(empty) $(empty),_,$(patsubst env=%,%,$(WORLD))))
 COLLECT = $(if $(filter smoke,$(SCALE)),loop.episodes=2 loop.steps=100 loop.iterations=4,loop.episodes=60)
 LEARN = $(if $(filter smoke,$(SCALE)),loop.iterations=200 results.probe_every=1,)
 comma = ,

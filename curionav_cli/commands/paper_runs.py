@@ -12,6 +12,7 @@ from curionav_cli.commands.summary import print_columns, print_files, write_text
 from curionav_cli.errors import ConfigError
 from curionav_cli.files import file_name
 from curionav_cli.results import (
+    change_ages,
     change_pairs,
     change_plots,
     changes,
@@ -121,8 +122,9 @@ def effects(folders: Sequence[Path], out: Path) -> tuple[list[str], list[Table],
         here = [one for one in found if one.run.config["env"]["name"] == scene]
         made.append(f"changes_{file_name(scene)}.png")
         plots.save(change_plots.figure(here, scene), out / made[-1])
-    rows = change_pairs.rows(found)
+    rows, aged = change_pairs.rows(found), change_ages.rows(found)
     parts = [Table("change_pairs", change_pairs.BELOW, tables.known(change_pairs.COLUMNS, rows), rows),
+             Table("change_ages", change_ages.BELOW, tables.known(change_ages.COLUMNS, aged), aged),
              Table("changes", changes.BELOW, changes.COLUMNS, [changes.summary(one) for one in found]),
              Table("surprise_by_age", "Surprise near what moved, by the age of the move.", changes.AGE_COLUMNS,
                    [row for one in found for row in changes.age_rows(one)])]

@@ -23,6 +23,7 @@ from curionav_cli.execution.launch import Request, launch
 from curionav_cli.execution.screen import a_console
 from curionav_cli.execution.serving import serve
 from curionav_cli.execution.training import train
+from curionav_cli.files import read_json
 from curionav_cli.storage import episodes
 from curionav_cli.storage.run_folder import RunFolder
 
@@ -96,10 +97,17 @@ def summary(folder: Path, outcomes: list[Outcome]) -> None:
         done = f"iteration {status.get('iteration')} of {status.get('iterations')}" if "iteration" in status else \
             f"weights {status.get('episode')}"
         console.print(f"{run.path.name}: {status.get('state')}, {done}, {used.get('episodes')} episodes, "
-                      f"{used.get('steps')} steps", soft_wrap=True, highlight=False, markup=False)
+                      f"{used.get('steps')} steps{of_data(run)}", soft_wrap=True, highlight=False, markup=False)
         print_files(console, run.path, ("metrics.jsonl", "figures/probe.png", "checkpoint"))
     if runs:
         on = f"curionav resume {shlex.quote(str(folder))}"
         served = (runs[0].path / "ledger.sqlite").is_file()
         print_next(console, [f"{on}   (goes on serving)" if served else
                                  f"{on} loop.iterations=...   (the same training, longer)"])
+
+
+def of_data(run: RunFolder) -> str:
+    """Whose episodes a training learned from, ' of bounce, mapper'; nothing of a plain folder, or of a server."""
+    path = run.path / "run.json"
+    agents = {one["agent"]["name"]: None for one in (read_json(path) if path.is_file() else {}).get("data") or ()}
+    return f" of {', '.join(agents)}" if agents else ""

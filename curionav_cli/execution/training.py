@@ -82,12 +82,13 @@ class Training:
 
     def train(self, agent: Agent, first: int, logger: Loggers) -> None:
         """Train from iteration `first` to the last."""
-        run, label = self.run, f"{self.settings.agent.name} seed {self.settings.seed}"
-        stored, loop = [self.data / name for name in self.fixed["episodes"]], self.settings.loop
+        run, settings = self.run, self.settings
+        label = f"{settings.agent.name} seed {settings.seed} on {Path(settings.data or '').name}"
+        stored, loop = [self.data / name for name in self.fixed["episodes"]], settings.loop
         with closing(Replay.open(stored, memory=loop.replay_memory * 1e9, folder=run.path, every=agent.every,
                                  newest=newest_drawn(agent, loop))) as replay, \
                 closing(line(label, first, self.total)) as progress:
-            probes = prober(self.settings, self.fixed, self.world, agent, run.path, EVERY)
+            probes = prober(settings, self.fixed, self.world, agent, run.path, EVERY)
             recorder = TrainRecorder(run, agent, replay, self.fixed, logger, probes, self.memory,
                                      TrainProgress(progress))
             run.set_status(state="running", error=None, iteration=first, iterations=self.total, **recorder.usage())

@@ -37,22 +37,34 @@ class Part(NamedTuple):
     fresh: float
 
 
+class Pair(NamedTuple):
+    """A run with changes, one without of the same agent and seed, and how many episodes both have."""
+
+    on: Seen
+    off: Seen
+    episodes: int
+
+
+def in_groups(found: Sequence[Seen]) -> Iterator[tuple[str, str, list[Pair]]]:
+    """World, agent and pairs of each agent that has runs with and without changes of the same world and seed."""
+    for env, agent in dict.fromkeys((one.run.config["env"]["name"], one.run.agent) for one in found):
+        here = [one for one in found if (one.run.config["env"]["name"], one.run.agent) == (env, agent)]
+        on, off = ({one.run.seed: one for one in here if one.changing == changing} for changing in (True, False))
+        pairs = [Pair(on[seed], off[seed], min(len(on[seed].age), len(off[seed].age))) for seed in on if seed in off]
+        if pairs:
+            yield env, agent, pairs
+
+
 def rows(found: Sequence[Seen]) -> list[Row]:
-    """A row for each agent that has runs with and without changes of the same world and seed."""
-    groups = dict.fromkeys((one.run.config["env"]["name"], one.run.agent) for one in found)
-    return [row for name in groups for row in group(name, found)]
+    """A row for each agent that has a pair of runs."""
+    return [row(env, agent, pairs) for env, agent, pairs in in_groups(found)]
 
 
-def group(name: tuple[str, str], found: Sequence[Seen]) -> Iterator[Row]:
-    """The row of one world and agent; none without a pair."""
-    here = [one for one in found if (one.run.config["env"]["name"], one.run.agent) == name]
-    on, off = ({one.run.seed: one for one in here if one.changing == changing} for changing in (True, False))
-    both = [(on[seed], off[seed]) for seed in on if seed in off]
-    if both:
-        ends = [min(len(one.age) for one in pair) for pair in both]
-        steps = [min(sum(len(age) - 1 for age in one.age[:end]) for one in pair) for pair, end in zip(both, ends)]
-        parts = [[part(one, *until) for one in pair] for pair, *until in zip(both, ends, steps)]
-        yield {"env": name[0], "agent": name[1], "n": len(both), "steps": min(steps), **means(np.array(parts))}
+def row(env: str, agent: str, pairs: Sequence[Pair]) -> Row:
+    """The row of one agent in one world."""
+    steps = [min(sum(len(age) - 1 for age in one.age[:end]) for one in (on, off)) for on, off, end in pairs]
+    parts = [[part(one, pair.episodes, until) for one in (pair.on, pair.off)] for pair, until in zip(pairs, steps)]
+    return {"env": env, "agent": agent, "n": len(pairs), "steps": min(steps), **means(np.array(parts))}
 
 
 def part(one: Seen, episodes: int, steps: int) -> Part:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from typing import Any
 
@@ -14,26 +15,29 @@ from curionav_cli.results import changes
 from curionav_cli.results.changes import Seen
 from curionav_cli.results.lettering import columns_for, legible, wrapped
 from curionav_cli.results.plots import OTHERS, STYLES, Look
+from curionav_cli.results.statistics import mean_interval
 
-STRETCHES = 20  # of the longest run; those of the others are as long
+STRETCHES = 20  # of the longest run at most; those of the others are as long
 LEAST = 10  # episodes for which surprise at an age is drawn
 GREY = "#6b7280"
 
 
 def figure(runs: Sequence[Seen], env: str) -> Figure:
-    """Draw coverage, the share of steps near what just moved, and relative surprise by age; a line for each run."""
+    """Draw coverage, a line for each run, and of the runs that differ in their seed only together the share of steps
+    near what just moved, and relative surprise by age."""
     drawn = Figure((9.6, 3.6), layout="constrained")
     left, middle, right = drawn.subplots(1, 3)
-    names, named = arms(runs), set[str]()
-    chosen, longest = looks(runs, names), max(len(one.age) for one in runs)
-    for one, name in zip(runs, names):
-        curve, look = one.run.curve, chosen[name]
-        left.plot([0, *curve.found, curve.steps], [0, *(100 * curve.at(curve.found) / curve.cells),
-                                                   100 * len(curve.found) / curve.cells], **styled(look),
-                  label=None if name in named else name)
-        named.add(name)
-        middle.plot(*near(one, max(1, round(STRETCHES * len(one.age) / longest))), **styled(look))
-        by_age(right, one, look)
+    names = arms(runs)
+    chosen, width = looks(runs, names), math.ceil(max(len(one.age) for one in runs) / STRETCHES)
+    for name, look in chosen.items():
+        arm = [one for one, other in zip(runs, names) if other == name]
+        for one in arm:
+            curve = one.run.curve
+            left.plot([0, *curve.found, curve.steps], [0, *(100 * curve.at(curve.found) / curve.cells),
+                                                       100 * len(curve.found) / curve.cells], **styled(look),
+                      label=name if one is arm[0] else None)
+        middle.plot(*near(arm, width), **styled(look))
+        by_age(right, arm, look)
     right.axhline(1.0, color=GREY, linestyle=":", linewidth=1.0)
     for axes, title, x, y in ((left, "a  coverage", "steps", "share of the floor's cells (%)"),
                               (middle, f"b  within {changes.NEAR:g} m of what just moved", "steps",
@@ -74,18 +78,17 @@ def styled(look: Look) -> dict[str, Any]:
     return {"color": look.color, "linestyle": look.dashes, "linewidth": 1.4}
 
 
-def near(one: Seen, stretches: int) -> tuple[np.ndarray, np.ndarray]:
+def near(arm: Sequence[Seen], width: int) -> tuple[np.ndarray, np.ndarray]:
     """Steps, and the share of steps near what just moved, %."""
-    steps, share = changes.shares(one, stretches)
+    steps, share = changes.shares(arm, width)
     return steps, 100 * share
 
 
-def by_age(axes: Axes, one: Seen, look: Look) -> None:
-    """Draw relative surprise by age, with its interval, where there are LEAST episodes."""
-    rows = [row for row in changes.age_rows(one) if row["relative"] is not None and row["number"] != changes.ELSEWHERE
-            and row["episodes"] >= LEAST]
-    if rows:
-        values = [row["relative"] for row in rows]
-        bars = [[each.value - each.low for each in values], [each.high - each.value for each in values]]
-        axes.errorbar([row["number"] for row in rows], [each.value for each in values], yerr=bars, capsize=2,
-                      marker=look.marker, markersize=4, **styled(look))
+def by_age(axes: Axes, arm: Sequence[Seen], look: Look) -> None:
+    """Draw relative surprise by age, with its interval, where there are LEAST episodes of all its runs."""
+    ratios = changes.relative(here for one in arm for here in one.kl.values())
+    ages = [age for age in sorted(ratios) if age != changes.ELSEWHERE and len(ratios[age]) >= LEAST]
+    if ages:
+        value, low, high = np.array([mean_interval(np.array(ratios[age])) for age in ages]).T
+        axes.errorbar(ages, value, yerr=[value - low, high - value], capsize=2, marker=look.marker, markersize=4,
+                      **styled(look))

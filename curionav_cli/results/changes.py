@@ -38,7 +38,8 @@ AGE_COLUMNS: Columns = (
 BELOW = (
     f"near: within {NEAR:g} m of where an object stands or stood before its last move; of elsewhere: mean KL over "
     "that of frames near nothing that ever moved, in the same episode, with its 95 % t interval; expected after: the "
-    f"first age from which it stays at {LIKE_ELSEWHERE:g} or below, or its interval holds 1")
+    f"first age from which it stays at {LIKE_ELSEWHERE:g} or below, or its interval holds 1, of ages with two "
+    "episodes or more")
 
 
 class Item(NamedTuple):
@@ -161,8 +162,12 @@ def summary(one: Seen) -> Row:
 
 
 def expected(relative: dict[int, Estimate | None]) -> str | None:
-    """The first age from which the relative surprise stays low, or cannot be told from 1; None without surprise."""
-    known = {age: estimate for age, estimate in sorted(relative.items()) if estimate is not None}
+    """The first age from which the relative surprise stays low, or cannot be told from 1; None without surprise.
+
+    An age with one episode has no interval and decides nothing.
+    """
+    known = {age: estimate for age, estimate in sorted(relative.items())
+             if estimate is not None and not np.isnan(estimate.low)}
     if not known:
         return None
     high = [age for age, (value, low, _) in known.items() if value > LIKE_ELSEWHERE and not low <= 1]
@@ -180,10 +185,11 @@ def written(age: int) -> str:
     return "elsewhere" if age == ELSEWHERE else f"{age} or more" if age == OLDEST else str(age)
 
 
-def shares(one: Seen, stretches: int) -> tuple[np.ndarray, np.ndarray]:
-    """The share of steps near what just moved in each stretch of episodes, and the steps at its end."""
-    near = np.array([(each[1:] == 0).sum() for each in one.age])
-    steps = np.array([len(each) - 1 for each in one.age])
-    parts = np.array_split(np.arange(len(steps)), min(stretches, len(steps)))
-    return np.cumsum(steps)[[part[-1] for part in parts]], np.array([near[part].sum() / steps[part].sum()
-                                                                      for part in parts])
+def shares(runs: Sequence[Seen], width: int) -> tuple[np.ndarray, np.ndarray]:
+    """The share of steps of some runs together near what just moved, in each stretch of `width` episodes, and the steps
+    of the longest run at its end."""
+    longest = max(runs, key=lambda one: len(one.age))
+    stretches = [slice(start, start + width) for start in range(0, len(longest.age), width)]
+    near = [np.concatenate([each[1:] == 0 for one in runs for each in one.age[here]]).mean() for here in stretches]
+    steps = np.cumsum([len(each) - 1 for each in longest.age])
+    return np.array([steps[here][-1] for here in stretches]), np.array(near)

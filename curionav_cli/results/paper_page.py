@@ -12,7 +12,7 @@ from curionav_cli.results.page_blocks import Blocks, block
 
 NAMES = {  # of blocks
     "figures": ("verdicts", "against", "arms", "coverage", "runs", "pictures", "command"),
-    "changes": ("change_pairs", "changes", "surprise_by_age", "pictures", "command")}
+    "changes": ("change_pairs", "change_ages", "changes", "surprise_by_age", "pictures", "command")}
 NOT_SHOWN = ("folder", "rule")  # columns that a page goes without
 SHOWN = {  # by the longest beginning of a picture's name
     "apartments": "Cells visited in the apartments over the paper's steps, a to d",

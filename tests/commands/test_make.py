@@ -73,6 +73,15 @@ def test_the_papers_lengths_are_run_in_the_declared_order(checkout: Path) -> Non
                for number in name.split("_")[1:2] if name.startswith("apartment"))
 
 
+def test_what_explorers_teach_is_kept_apart_by_building(checkout: Path) -> None:
+    for world, folder in (("env=small_room", "small_room"), ("env=large_lab env.changes=true",
+                                                             "large_lab_env.changes_true")):
+        lines = make("-n", "teach", f"WORLD={world}", "EXPLORERS=bounce curious_mapper", cwd=checkout)
+        here = f"outputs/teach/cpu/{folder}"
+        assert f"data={here}/collected/bounce_${{seed}},{here}/collected/curious_mapper_${{seed}}'" in lines
+        assert f"hydra.sweep.dir={here}/trained" in lines and f"compare {here}/trained out={here}/compare" in lines
+
+
 def test_what_the_papers_scale_costs_is_said_before_it_begins(checkout: Path) -> None:
     said = make("-n", "figures", "SCALE=paper", cwd=checkout)
     assert 0 <= said.index("Disk: about") < said.index("curionav explore")

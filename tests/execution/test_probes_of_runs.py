@@ -131,6 +131,8 @@ def taught(cli: Cli, probed: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     monkeypatch.setattr(training, "EVERY", 3)
     answer = cli("train", *TINY, f"data={probed}", "loop.iterations=7", "results.probe_every=1", "hydra.run.dir=one")
     assert answer.code == 0, answer.error
+    for said in (f"lbs_dreamer seed 0 on {probed.name}: iteration 6/7", "steps of lbs_dreamer\n"):
+        assert said in answer.out
     for explorer, seed in product(("random", "bounce"), (0, 1)):
         run = RunFolder(shutil.copytree("one", f"taught/{explorer}_{seed}"))
         about = json.loads((run.path / "run.json").read_text())

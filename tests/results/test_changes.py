@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from curionav_cli.records import Prediction, Surprise
-from curionav_cli.results import change_pairs, changes, tables
+from curionav_cli.results import change_ages, change_pairs, changes, tables
 from curionav_cli.results.changes import ELSEWHERE
 from curionav_cli.results.runs import Run
 from curionav_cli.results.statistics import Estimate
@@ -24,9 +24,9 @@ def events(index, moving):
 @pytest.fixture
 def a_run(tmp_path, an_episode, a_plan):
     """Episodes of 12 frames: half stand beside the chair, which moves before episodes 1 and 4, half far away."""
-    def make(moving, near=NATS, episodes=6):
-        run = RunFolder(tmp_path / f"changes_{moving}")
-        run.create(f"seed: 3\nenv: {{name: lab, changes: {str(moving).lower()}}}\nagent: {{name: lbs_dreamer}}\n"
+    def make(moving, near=NATS, episodes=6, seed=3):
+        run = RunFolder(tmp_path / f"changes_{moving}_{seed}")
+        run.create(f"seed: {seed}\nenv: {{name: lab, changes: {str(moving).lower()}}}\nagent: {{name: lbs_dreamer}}\n"
                    "robot: {name: ideal}\n", {}, {}, a_plan())
         (run.path / "episodes").mkdir(exist_ok=True)
         for index in range(episodes):
@@ -45,20 +45,20 @@ def a_run(tmp_path, an_episode, a_plan):
 
 def test_surprise_falls_with_the_age_of_a_move_and_the_control_has_none(a_run):
     still = dict.fromkeys(NATS, 1.0)
-    found, lost = changes.pairs([a_run(True), a_run(False, near=still)])
+    found, lost = changes.pairs([a_run(True, episodes=7), a_run(False, near=still, episodes=7)])
     assert not lost
     for one, nats in zip(found, (NATS, still), strict=True):
         rows = {row["number"]: row for row in changes.age_rows(one)}
         assert list(rows) == [0, 1, 2, ELSEWHERE]
         assert {age: row["relative"].value for age, row in rows.items()} == pytest.approx(nats)
-        assert [rows[age]["frames"] for age in rows] == [12, 12, 6, 12 + 5 * 6]
+        assert [rows[age]["frames"] for age in rows] == [12, 12, 12, 12 + 6 * 6]
         summary = changes.summary(one)
-        assert summary["near"] == pytest.approx(2 * 5 / 66) and summary["ever"] == pytest.approx(5 * 5 / 66)
+        assert summary["near"] == pytest.approx(2 * 5 / 77) and summary["ever"] == pytest.approx(6 * 5 / 77)
     assert [changes.summary(one)["moves"] for one in found] == [2, 0]
     assert [changes.summary(one)["expected"] for one in found] == ["2", "0"]
-    steps, share = changes.shares(found[0], 3)
-    assert steps.tolist() == [22, 44, 66]
-    assert share == pytest.approx([5 / 22, 0, 5 / 22])
+    steps, share = changes.shares(found[:1], 2)
+    assert steps.tolist() == [22, 44, 66, 77]
+    assert share == pytest.approx([5 / 22, 0, 5 / 22, 0])
 
 
 @pytest.mark.parametrize(("on", "off"), [(6, 3), (3, 6), (6, 6)])
@@ -84,8 +84,10 @@ def test_change_costs_coverage_by_the_declared_rule(points, said):
 def test_a_run_without_changes_is_left_out_alone_and_surprise_may_last(a_run):
     found, lost = changes.pairs([a_run(False)])
     assert not found and "no run of its world and seed 3" in lost[0]
-    [one], _ = changes.pairs([a_run(True, near={**NATS, 2: 2.0})])
+    [one], _ = changes.pairs([a_run(True, near={**NATS, 2: 2.0}, episodes=7)])
     assert changes.summary(one)["expected"] == "not within 2"
+    [one], _ = changes.pairs([a_run(True, near={**NATS, 2: 2.0}, seed=4)])
+    assert changes.summary(one)["expected"] == "not within 1", "one episode of age 2 decides nothing"
 
 
 def test_near_is_a_metre_from_the_old_place_too_and_the_youngest_counts():
@@ -93,3 +95,22 @@ def test_near_is_a_metre_from_the_old_place_too_and_the_youngest_counts():
     pose = np.array([[0.0, 0.9, 0], [4.0, 0.9, 0], [4.0, 1.1, 0], [9.5, 0, 0]])
     assert changes.ages(pose, items, 5).tolist() == [2, 2, ELSEWHERE, 0]
     assert changes.ages(pose, items, 40).tolist() == [changes.OLDEST, changes.OLDEST, ELSEWHERE, changes.OLDEST]
+
+
+def test_surprise_with_changes_less_without_is_paired_by_seed_and_age(a_run):
+    nats = [(seed, {**NATS, 0: 5.0 + seed, 2: 1.0 + 0.1 * (seed - 2)}) for seed in (1, 2, 3)]
+    found, _ = changes.pairs([run for seed, near in nats for run in (
+        a_run(True, near, seed=seed), a_run(False, dict.fromkeys(NATS, 1.0), seed=seed))])
+    rows = change_ages.rows(found)
+    assert [(row["age"], row["n"], row.get("known")) for row in rows] == [
+        ("0", 3, "yes"), ("1", 3, None), ("2", 3, None)]
+    assert [row["on"] for row in rows] == pytest.approx([7, 3, 1]) and {row["off"] for row in rows} == {1.0}
+    assert tuple(rows[0]["less"]) == pytest.approx((6, 6 - 2.484, 6 + 2.484), abs=1e-3), "t of two degrees of freedom"
+    assert [row["known"] for row in change_ages.rows(found[:4])[:1]] == ["fewer than 3 pairs: not decided"]
+
+
+@pytest.mark.parametrize(("lows", "said"), [
+    ((0.1, 0.1, 0.1, -0.1, 0.0), "yes"), ((0.1, 0.1, -0.1, -0.1, 0.1), "no"), ((0.1, -0.1), "yes"),
+    ((0.1, 0.1), "no older moves: not decided"), ((-0.1, 0.1), "not tested: no surprise at what just moved")])
+def test_what_moved_is_known_from_the_age_on_at_which_surprise_is_gone(lows, said):
+    assert change_ages.known({age: Estimate(low + 0.2, low, low + 0.4) for age, low in enumerate(lows)}) == said
