@@ -153,7 +153,7 @@ def test_resume_changes_only_the_number_of_episodes(cli: Cli, tmp_path: Path) ->
     assert cli("explore", *SHORT, "agent=random", "hydra.run.dir=run").code == 0
     assert cli("resume", "run", "loop.episodes=5").code == 0
     assert len(metrics(tmp_path / "run")) == 5
-    for word, said in (("agent=bounce", "only loop.episodes, loop.keep, init, env.map, env.mesh, "),
+    for word, said in (("agent=bounce", "agent may not change: a run keeps the settings that it began with. "),
                        ("loop.episodes=x", "loop.episodes: 'x' is not a whole number"),
                        ("loop.episodes=0", "loop.episodes: 0 is not between 1 and")):
         refused = cli("resume", "run", word)

@@ -169,7 +169,7 @@ def test_a_finished_training_returns_at_once_and_may_become_longer(
     ours = leftovers(tmp_path / "run")
     assert [name for name in ours if ours[name] != undisturbed[name]] == []
     refused = cli("resume", "run", "loop.episodes=4")
-    assert refused.code == 2 and "only loop.iterations, data, init, env.map" in refused.error
+    assert refused.code == 2 and "What may change: loop.iterations, data, init, env.map" in refused.error
 
 
 def test_changed_episodes_are_refused_by_name(cli: Cli, explored: Path, tmp_path: Path) -> None:

@@ -8,6 +8,7 @@ import signal
 import subprocess
 import sys
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 from deadly import DEADLY
@@ -19,6 +20,7 @@ from curionav_cli.errors import SoundnessWarning
 from curionav_cli.storage import loggers
 from curionav_cli.storage.loggers import Loggers, wandb_file
 from curionav_cli.storage.loggers.logger import identity
+from curionav_cli.storage.loggers.wandb_log import WandB
 from curionav_cli.storage.run_folder import RunFolder
 
 ROWS = [{"episode": n, "steps": 40 * (n + 1), "coverage": 0.125 * (n + 1), "loss": -1.5, "docked": n == 1,
@@ -168,6 +170,13 @@ def test_rows_that_wandb_lost_are_missed(tmp_path: Path, monkeypatch: pytest.Mon
     path.write_bytes(path.read_bytes()[:-150])
     with pytest.raises(OSError, match=r"of 3 rows and no end; is the disk full"):
         wandb_file.refuse_lost(path, 3)
+
+
+def test_a_file_that_wandb_wrote_elsewhere_is_missed(tmp_path: Path) -> None:
+    logger = WandB.__new__(WandB)
+    logger.folder, logger.stored, logger.run = tmp_path, True, SimpleNamespace(id="x", finish=lambda: None)
+    with pytest.raises(OSError, match=r"holds no run-x\.wandb"):
+        logger.close()
 
 
 class Server:

@@ -30,13 +30,14 @@ class WandB(Local):
             os.environ["WANDB_ERROR_REPORTING"] = "false"
         import wandb
 
-        self.folder = run.path / "wandb"
+        self.folder = run.path.resolve() / "wandb"  # whole: what writes there is a process that keeps its first folder
+        self.stored = mode == "offline"
         shutil.rmtree(self.folder, ignore_errors=True)
         quiet = wandb.Settings(silent=not sends, console="off", disable_git=True, disable_code=True,
                                save_code=False, x_disable_stats=True, x_disable_machine_info=True)
         self.run = wandb.init(
-            project=os.environ.get("WANDB_PROJECT") or PROJECT, dir=str(run.path), id=identity(run), mode=mode,
-            name=run.path.resolve().name, group=os.environ.get("WANDB_RUN_GROUP") or sweep_of(run),
+            project=os.environ.get("WANDB_PROJECT") or PROJECT, dir=str(self.folder.parent), id=identity(run),
+            mode=mode, name=self.folder.parent.name, group=os.environ.get("WANDB_RUN_GROUP") or sweep_of(run),
             config=settings_of(run), resume="allow" if sends else None, reinit="create_new", settings=quiet)
         self.image = wandb.Image
         self.index = 0
@@ -57,5 +58,9 @@ class WandB(Local):
 
     def close(self) -> None:
         self.run.finish()
-        for path in self.folder.glob(f"offline-run-*/run-{self.run.id}.wandb"):
+        name = f"run-{self.run.id}.wandb"
+        files = list(self.folder.glob(f"offline-run-*/{name}"))
+        if self.stored and not files:
+            raise OSError(f"{self.folder} holds no {name}")
+        for path in files:
             refuse_lost(path, self.index)
