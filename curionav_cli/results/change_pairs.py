@@ -17,10 +17,10 @@ from curionav_cli.results.tables import Columns, Row
 COST = 3.0  # points of the floor within which a difference counts as none
 COLUMNS: Columns = (
     ("env", "env", "{}"), ("agent", "agent", "{}"), ("pairs", "n", "{:,}"), ("steps", "steps", "{:,}"),
-    ("coverage of the floor, on", "coverage_on", "{:.1%}"), ("off", "coverage_off", "{:.1%}"),
+    ("coverage of the floor, on", "coverage_on", "{:.1%}"), ("coverage, off", "coverage_off", "{:.1%}"),
     ("on less off, points", "coverage", "{:+.1f}"), ("of the area", "area", "{:+.4f}"),
-    ("steps near what just moved, on", "near_on", "{:.1%}"), ("off", "near_off", "{:.1%}"),
-    ("surprise there, of elsewhere, on", "fresh_on", "{:.2f}"), ("off", "fresh_off", "{:.2f}"),
+    ("steps near what just moved, on", "near_on", "{:.1%}"), ("near, off", "near_off", "{:.1%}"),
+    ("surprise there, of elsewhere, on", "fresh_on", "{:.2f}"), ("surprise, off", "fresh_off", "{:.2f}"),
     ("on less off", "fresh", "{:+.2f}"), ("does change cost coverage", "cost", "{}"))
 BELOW = (
     "Runs with changes (on) less those of the same agent and seed without (off), up to the end of the shorter one; "

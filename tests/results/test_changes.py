@@ -114,3 +114,9 @@ def test_surprise_with_changes_less_without_is_paired_by_seed_and_age(a_run):
     ((0.1, 0.1), "no older moves: not decided"), ((-0.1, 0.1), "not tested: no surprise at what just moved")])
 def test_what_moved_is_known_from_the_age_on_at_which_surprise_is_gone(lows, said):
     assert change_ages.known({age: Estimate(low + 0.2, low, low + 0.4) for age, low in enumerate(lows)}) == said
+
+
+@pytest.mark.parametrize("columns", [change_pairs.COLUMNS, change_ages.COLUMNS, changes.COLUMNS, changes.AGE_COLUMNS])
+def test_no_heading_stands_for_two_columns(columns):
+    """On a terminal a cell is found by its heading."""
+    assert len({heading for heading, _, _ in columns}) == len(columns)
