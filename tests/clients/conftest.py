@@ -37,8 +37,10 @@ def world(a_map: str, a_mesh: str) -> Callable[..., dict[str, Any]]:
 
 @pytest.fixture(autouse=True)
 def logs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Stable-Baselines3's learn() makes a folder for its log, in /tmp unless this names another."""
+    """Stable-Baselines3's learn() makes a folder for its log, in /tmp unless this names another; a scan is kept in the
+    user's cache."""
     monkeypatch.setenv("SB3_LOGDIR", str(tmp_path / "sb3"))
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
 
 
 @pytest.fixture

@@ -6,6 +6,7 @@ import pytest
 
 from curionav_cli.world.registration import SCENES
 
+stable_baselines3 = pytest.importorskip("stable_baselines3", reason="needs the extra clients")
 pytestmark = [pytest.mark.clients, pytest.mark.filterwarnings("ignore::DeprecationWarning")]
 ROOM = "curionav/SmallRoom-v0"
 TRAINERS = ("PPO", "RecurrentPPO")
@@ -14,7 +15,7 @@ ARRANGED = ("single", "DummyVecEnv", "SubprocVecEnv", "native")
 
 def trainer(name: str, env, steps: int):
     """A small one that updates once after `steps` steps of each environment."""
-    stable_baselines3, sb3_contrib = pytest.importorskip("stable_baselines3"), pytest.importorskip("sb3_contrib")
+    sb3_contrib = pytest.importorskip("sb3_contrib", reason="needs the extra clients")
     kwargs = {"net_arch": [8], "features_extractor_kwargs": {"cnn_output_dim": 8}}
     if name == "PPO":
         maker, policy = stable_baselines3.PPO, "MultiInputPolicy"
@@ -25,7 +26,6 @@ def trainer(name: str, env, steps: int):
 
 def many_worlds(settings: dict, arranged: str):
     """Two worlds: in this process, in processes of their own, or in our native vector environment."""
-    pytest.importorskip("stable_baselines3")
     import gymnasium
     from stable_baselines3.common import vec_env
     from stable_baselines3.common.env_util import make_vec_env
@@ -44,7 +44,6 @@ def many_worlds(settings: dict, arranged: str):
 @pytest.mark.parametrize("name", SCENES)
 def test_their_checker_finds_no_fault(made, name: str) -> None:
     """Its warnings are errors here, but for the one that depth is neither a picture nor a vector."""
-    pytest.importorskip("stable_baselines3")
     from stable_baselines3.common.env_checker import check_env
 
     check_env(made(name, render_mode="rgb_array"))
@@ -71,7 +70,6 @@ def test_they_train_in_many_worlds(world, arranged: str, algorithm: str) -> None
 
 def test_pictures_alone_are_stacked_and_monitored(world) -> None:
     """CnnPolicy with VecFrameStack, Monitor and Gymnasium's statistics in one."""
-    stable_baselines3 = pytest.importorskip("stable_baselines3")
     import gymnasium
     from gymnasium.wrappers import RecordEpisodeStatistics
     from stable_baselines3.common.monitor import Monitor
@@ -86,7 +84,6 @@ def test_pictures_alone_are_stacked_and_monitored(world) -> None:
 
 
 def test_continuous_actions_are_learned(made) -> None:
-    stable_baselines3 = pytest.importorskip("stable_baselines3")
     env = made(ROOM, observation="image", action="continuous", reward="coverage", max_episode_steps=20)
     kwargs = {"net_arch": [8], "features_extractor_kwargs": {"features_dim": 8}}
     model = stable_baselines3.SAC("CnnPolicy", env, buffer_size=50, learning_starts=10, batch_size=8, seed=0,
@@ -96,7 +93,6 @@ def test_continuous_actions_are_learned(made) -> None:
 
 
 def test_an_evaluation_comes_to_an_end(made) -> None:
-    pytest.importorskip("stable_baselines3")
     from stable_baselines3.common.evaluation import evaluate_policy
 
     model = trainer("PPO", made(ROOM), 32)
