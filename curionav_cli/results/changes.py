@@ -119,10 +119,10 @@ def pairs(runs: Sequence[Run]) -> tuple[list[Seen], list[str]]:
                         "which something did was given beside it.")
             continue
         found.append(seen(run, read[id(run)], items[id(partner)]))
-    return sorted(found, key=place), lost
+    return sorted(found, key=order), lost
 
 
-def place(one: Seen) -> tuple[str, str, bool, bool, int | str]:
+def order(one: Seen) -> tuple[str, str, bool, bool, int | str]:
     """Where a run stands among others."""
     seed = one.run.seed
     return one.run.config["env"]["name"], one.run.agent, not one.changing, isinstance(seed, str), seed
