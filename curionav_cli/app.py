@@ -154,7 +154,8 @@ def write_map(words: opt.MapFolder = None, out: opt.MapOut = None) -> None:
 def export(words: opt.ExportWords = None, to: opt.ExportTo = None, out: opt.ExportOut = None,
            episodes: opt.ExportEpisodes = None, images: opt.ExportImages = None, depth: opt.ExportDepth = None,
            profile: opt.ExportProfile = None, rate: opt.ExportRate = None, episode: opt.ExportEpisode = None) -> None:
-    """Write episodes of runs as ROS 2 bags (--to mcap), or a world as a mesh for Blender and env=scan (--to glb)."""
+    """Write episodes of runs as ROS 2 bags (--to mcap), what runs covered as small files that compare reads in their
+    place (--to summary), or a world as a mesh for Blender and env=scan (--to glb)."""
     command_with_words("export", words, to=to, out=out, episodes=episodes, images=images, depth=depth, profile=profile,
                        rate=rate, episode=episode)
 

@@ -13,7 +13,7 @@ import tokenize
 import zipfile
 import zlib
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
@@ -186,3 +186,13 @@ def file_name(label: str) -> str:
     name = re.sub(r"[^\w.=-]+", "_", label)
     whole = name.encode()
     return name if len(whole) <= LONGEST else f"{whole[:LONGEST].decode(errors='ignore')}_{zlib.crc32(whole):08x}"
+
+
+def disk(folder: Path) -> int:
+    """Bytes of all files in a folder; a run that goes on may remove one of them meanwhile."""
+    size = 0
+    for where, _, names in os.walk(folder):
+        for name in names:
+            with suppress(FileNotFoundError):
+                size += Path(where, name).stat().st_size
+    return size

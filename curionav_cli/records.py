@@ -30,6 +30,7 @@ class Pose(NamedTuple):
 
 
 ORIGIN = Pose(0.0, 0.0, 0.0)
+PLAN_ARRAYS, PLAN_OPTIONAL = ("visitable", "floor", "solid", "numbers"), ("occupancy", "picture")  # of a floor plan
 GONE = "{} holds {} of its {} images: the run did not keep the others. Record one with loop.keep=all."
 
 
@@ -79,34 +80,43 @@ class FloorPlan:
         row, column = np.indices(self.visitable.shape)
         return np.hypot((column + 0.5) * self.cell - place.x, (row + 0.5) * self.cell - place.y)
 
-    def save(self, path: Path) -> None:
-        """Write the plan as npz, whole or absent."""
+    def arrays(self) -> dict[str, np.ndarray]:
+        """The plan as arrays, from which `of` makes it again."""
         numbers = {
             "cell": self.cell, "start": list(self.start), "radius": self.radius,
             "name": self.name, "map_origin": list(self.map_origin), **({"dock": list(self.dock)} if self.dock else {}),
             **({} if self.bounded else {"bounded": False}),
         }
-        grids = {key: getattr(self, key) for key in ("visitable", "floor", "solid", "occupancy", "picture")}
+        grids = {key: getattr(self, key) for key in (*PLAN_ARRAYS[:3], *PLAN_OPTIONAL)}
         held = {key: grid for key, grid in grids.items() if grid is not None}
-        write_arrays(path, {**held, "numbers": np.array(json.dumps(numbers))})
+        return {**held, "numbers": np.array(json.dumps(numbers))}
+
+    @classmethod
+    def of(cls, arrays: dict[str, np.ndarray]) -> FloorPlan:
+        """The plan of these arrays. Raises ValueError, TypeError or KeyError where they are none of a plan."""
+        masks, occupancy = [arrays[key] for key in PLAN_ARRAYS[:3]], arrays.get("occupancy")
+        picture = arrays.get("picture")
+        numbers: dict[str, Any] = json.loads(str(arrays["numbers"]))
+        poses = numbers.keys() & {"dock"} | {"start", "map_origin"}
+        numbers |= {key: Pose(*map(float, numbers[key])) for key in poses}
+        if {(mask.dtype, mask.ndim, mask.shape) for mask in masks} != {(np.dtype(bool), 2, masks[0].shape)}:
+            raise ValueError("its masks are not alike")
+        if occupancy is not None and (occupancy.dtype, occupancy.shape) != (np.dtype(np.int8), masks[0].shape):
+            raise ValueError("its occupancy is not of its masks' shape")
+        if picture is not None and (picture.dtype, picture.ndim, picture.shape[-1]) != (np.dtype(np.uint8), 3, 3):
+            raise ValueError("its picture is none")
+        return cls(masks[0], masks[1], masks[2], **numbers, occupancy=occupancy, picture=picture)
+
+    def save(self, path: Path) -> None:
+        """Write the plan as npz, whole or absent."""
+        write_arrays(path, self.arrays())
 
     @classmethod
     def load(cls, path: Path) -> FloorPlan:
         """Read what `save` wrote. Raises RunFolderError where the file is broken."""
-        arrays = read_arrays(path, ("visitable", "floor", "solid", "numbers"), ("occupancy", "picture"))
-        masks, occupancy = [arrays[key] for key in ("visitable", "floor", "solid")], arrays.get("occupancy")
-        picture = arrays.get("picture")
+        arrays = read_arrays(path, PLAN_ARRAYS, PLAN_OPTIONAL)
         with understood(path):
-            numbers: dict[str, Any] = json.loads(str(arrays["numbers"]))
-            poses = numbers.keys() & {"dock"} | {"start", "map_origin"}
-            numbers |= {key: Pose(*map(float, numbers[key])) for key in poses}
-            if {(mask.dtype, mask.ndim, mask.shape) for mask in masks} != {(np.dtype(bool), 2, masks[0].shape)}:
-                raise ValueError("its masks are not alike")
-            if occupancy is not None and (occupancy.dtype, occupancy.shape) != (np.dtype(np.int8), masks[0].shape):
-                raise ValueError("its occupancy is not of its masks' shape")
-            if picture is not None and (picture.dtype, picture.ndim, picture.shape[-1]) != (np.dtype(np.uint8), 3, 3):
-                raise ValueError("its picture is none")
-            return cls(masks[0], masks[1], masks[2], **numbers, occupancy=occupancy, picture=picture)
+            return cls.of(arrays)
 
 
 @dataclass(frozen=True)

@@ -125,6 +125,7 @@ def named(tmp_path_factory: pytest.TempPathFactory, an_episode, a_plan) -> Path:
     shutil.copy(run.path / "bags" / "episode_000000" / "episode_000000.mcap", folder / "office.mcap")
     for name in ("0_small_room_lbs_dreamer_0", "1_small_room_lbs_dreamer_1"):
         shutil.copytree(run.path, folder / "outputs" / "DATE" / "SWEEP" / name)
+    (folder / "outputs" / "summaries").mkdir()
     return folder
 
 

@@ -107,10 +107,12 @@ MapFolder = Annotated[list[str] | None, folders("RUN", "The folder of one run, o
 MapOut = Annotated[str | None, option("map", "out", f"{OUT} Default: the run's.")]
 
 ExportWords = Annotated[list[str] | None, folders(
-    "RUN | SETTING=VALUE", "mcap: folders of runs or sweeps; glb: the world, as in env=apartment_0, and its settings.")]
-ExportTo = Annotated[str | None, option("export", "to", "The format: mcap or glb.")]
+    "RUN | SETTING=VALUE", "mcap, summary: folders of runs or sweeps; glb: the world, as in env=apartment_0, and "
+    "its settings.")]
+ExportTo = Annotated[str | None, option("export", "to", "The format: mcap, summary or glb.")]
 ExportOut = Annotated[str | None, option(
-    "export", "out", "mcap: the folder to write into, default: bags in each run's; glb: the file, default: NAME.glb.")]
+    "export", "out", "mcap: the folder to write into, default: bags in each run's; summary: the same, default: outputs/"
+    "summaries; glb: the file, default: NAME.glb.")]
 ExportEpisodes = Annotated[str | None, option("export", "episodes", "Only these episodes: 0,5,last. Default: all.")]
 ExportImages = Annotated[str | None, option(
     "export", "images", "png: CompressedImage, without loss (the default); raw: Image.")]

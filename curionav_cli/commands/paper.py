@@ -24,6 +24,7 @@ from curionav_cli.results.comparison.comparison import Comparison
 from curionav_cli.results.comparison.comparison import compare as compared
 from curionav_cli.results.comparison.tables import Table
 from curionav_cli.results.docking import came_home
+from curionav_cli.results.summary_file import is_summary
 from curionav_cli.results.tables import Row
 from curionav_cli.storage.run_folder import RunFolder
 
@@ -133,6 +134,9 @@ def numbers(folders: Sequence[Path]) -> tuple[list[Table], list[str]]:
     missing = "coverage" if trials else "coverage and docking"
     notes = [*estimates.notes(comparison, None), *lost] if runs else [
         *lost, f"No run was given, so that nothing is said about {missing}."]
+    if any(is_summary(run.folder) for run in runs):
+        notes.append("Summaries of runs hold no poses: steps to the furthest area and returns to dock are counted of "
+                     "run folders alone.")
     return [hyperparameters(), *shown], notes
 
 

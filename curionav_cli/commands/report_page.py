@@ -17,9 +17,9 @@ from curionav_cli.results.comparison.comparison import Field
 from curionav_cli.results.comparison.html_report import Picture, Section
 from curionav_cli.results.comparison.tables import Table, run_table, version_table
 from curionav_cli.results.runs import Run
+from curionav_cli.results.summary_file import SummaryFile, is_summary, opened
 from curionav_cli.results.tables import Row
 from curionav_cli.storage import provenance
-from curionav_cli.storage.run_folder import RunFolder
 
 EVERY = 5  # steps between two frames of the film, to keep the page small
 MADE_WITH = ("curionav", "git_commit", "git_changed", "python", "numpy", "torch", "gymnasium", "opencv-python-headless",
@@ -31,7 +31,7 @@ def best_runs(field: Field, counting: tuple[str, str]) -> list[Run]:
     best_of_arms = []
     for arm, runs in field.arms.items():
         best = max(runs, key=lambda run: (run.curve.at(field.horizon), run.curve.until(field.horizon).area()))
-        best_of_arms.append(Run(RunFolder(best.folder), *counting, arm.removeprefix(best.agent)))
+        best_of_arms.append(opened(best.folder, *counting, arm.removeprefix(best.agent)))
     return best_of_arms
 
 
@@ -81,9 +81,9 @@ def write(path: Path, command: str, title: str, folders: Sequence[Path], notes: 
 
 
 def run_json(folder: Path) -> dict[str, Any]:
-    """The content of run.json; {} where it cannot be read."""
+    """The content of run.json, or what a summary file holds of it; {} where it cannot be read."""
     try:
-        return read_json(folder / "run.json")
+        return SummaryFile.load(folder).about if is_summary(folder) else read_json(folder / "run.json")
     except RunFolderError:
         return {}
 

@@ -101,6 +101,7 @@ def count(run: RunFolder, coverage: Coverage, noted: int) -> tuple[list[int], st
     noted: number of finished episodes by the run's status.
     """
     ends, lost = [0], ""
+    last = max([noted, *(int(Path(name).stem) + 1 for name in run.episode_names())])  # it may go on meanwhile
     for path in run.episode_paths():
         try:
             coverage.add(read_arrays(path, ("pose",))["pose"])
@@ -109,7 +110,7 @@ def count(run: RunFolder, coverage: Coverage, noted: int) -> tuple[list[int], st
             break
         ends.append(coverage.steps)
     first = len(ends) - 1
-    if not lost and first < max([noted, *(int(Path(name).stem) + 1 for name in run.episode_names())]):
+    if not lost and first < last:
         lost = f"{run.episode_path(first)} is missing."
     return ends, lost and f"{lost} Shown up to there, {coverage.steps:,} steps."
 

@@ -21,6 +21,7 @@ from curionav_cli.results.comparison.run_summaries import RunSummary
 from curionav_cli.results.docking import reports
 from curionav_cli.results.labels import scene_name
 from curionav_cli.results.statistics import mean_interval, share_interval
+from curionav_cli.results.summary_file import is_summary
 from curionav_cli.results.tables import Columns, Row
 from curionav_cli.storage.run_folder import RunFolder
 
@@ -167,7 +168,8 @@ def reached_in_time(field: Field, arm: str, runs: Sequence[RunSummary], steps: i
     until = "" if field.horizon >= steps else f", of {field.horizon:,} steps"
     yield Number('section "Real world"', f"steps to {share:.0%}, {field.env}, {arm}: median (runs that arrived)", paper,
                  f"{needed:,.0f}{until}", f"{len(runs)}", source(runs))
-    if field.env == "small_room":
+    runs = [run for run in runs if not is_summary(run.folder)]  # which have no poses
+    if field.env == "small_room" and runs:
         first = summary("steps_to", [first_far(run.folder) for run in runs])
         yield Number("figure of the small room", f"steps to the furthest area, {arm}: median (runs that arrived)",
                      "only after 250 k steps (run 2)", f"{first:,.0f}", f"{len(runs)}", source(runs))

@@ -20,7 +20,7 @@ from curionav_cli.results.lettering import LINE, columns_for, wrapped
 from curionav_cli.results.paper_lengths import APARTMENTS, UNTIL, Drawn
 from curionav_cli.results.plots import MAXIMUM, Look
 from curionav_cli.results.runs import Run
-from curionav_cli.storage.run_folder import RunFolder
+from curionav_cli.results.summary_file import opened
 
 ALONE = {"small_room": 2, "large_lab": 1}  # environments whose figure shows our runs alone, and how many
 POINTS = 400
@@ -36,9 +36,9 @@ def figures(runs: Sequence[Drawn], look: dict[str, Look]) -> Iterator[tuple[str,
     for scene, most in ALONE.items():
         ours = sorted((one for one in runs if one.scene == scene and one.ours), key=by_seed)[:most]
         if ours:
-            yield scene, panels.beside([opened(one) for one in ours], UNTIL[scene])
+            yield scene, panels.beside([visits_of(one) for one in ours], UNTIL[scene])
     for env in dict.fromkeys(one.env for one in runs):
-        yield f"best_{file_name(env)}", plots.heatmaps([opened(one) for one in best(runs, env)], lengths=True)
+        yield f"best_{file_name(env)}", plots.heatmaps([visits_of(one) for one in best(runs, env)], lengths=True)
 
 
 def by_seed(one: Drawn) -> str:
@@ -54,9 +54,9 @@ def best(runs: Sequence[Drawn], env: str) -> list[Drawn]:
     return list(found.values())
 
 
-def opened(one: Drawn) -> Run:
+def visits_of(one: Drawn) -> Run:
     """The run with its visits to every cell, named as in the other figures."""
-    return Run(RunFolder(one.run.folder), variant=one.arm.removeprefix(one.run.agent), world=one.env)
+    return opened(one.run.folder, variant=one.arm.removeprefix(one.run.agent), world=one.env)
 
 
 def curves(runs: Sequence[Drawn], look: dict[str, Look]) -> Figure:

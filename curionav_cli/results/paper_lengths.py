@@ -2,19 +2,17 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Sequence
-from contextlib import suppress
 from pathlib import Path
 from typing import Any, NamedTuple
 
 from curionav_cli.errors import RunFolderError
-from curionav_cli.files import read_json
+from curionav_cli.files import disk, read_json
 from curionav_cli.results.comparison.comparison import TWICE, Comparison, measures
 from curionav_cli.results.comparison.parallel import read_all
 from curionav_cli.results.comparison.run_summaries import RunSummary
 from curionav_cli.results.labels import scene_name
-from curionav_cli.results.runs import Run, known, spent
+from curionav_cli.results.summary_file import SummaryFile, is_summary, opened, spent_by_end
 from curionav_cli.results.tables import Columns, Row, percent
 from curionav_cli.storage.run_folder import RunFolder
 
@@ -103,16 +101,19 @@ def begun_only(folders: Sequence[Path]) -> list[Row]:
 
 def cost(folder: Path) -> dict[str, float | None]:
     """CPU-hours of acting and learning, and the peak of memory in GB; None where they were not noted."""
-    metrics = RunFolder(folder).metrics()
-    noted = {key: known(sums[-1]) if metrics else None for key, sums in spent(metrics).items()}
-    seconds = noted["cpu_seconds"]
-    return {"hours": None if seconds is None else seconds / 3600, "memory": noted["memory"]}
+    noted = SummaryFile.load(folder).spent if is_summary(folder) else spent_by_end(RunFolder(folder))
+    seconds = noted.get("cpu_seconds")
+    return {"hours": None if seconds is None else seconds / 3600, "memory": noted.get("memory")}
 
 
 def about(folder: Path) -> dict[str, Any]:
-    """State, commits, disk and place of the run in a folder."""
-    return {"state": Run(RunFolder(folder)).state, "commit": noted_commits(folder / "run.json"),
-            "disk": disk(folder) / 1e9, "folder": str(folder)}
+    """State, commits, disk and place of the run in a folder, or of a summary file."""
+    if is_summary(folder):
+        file = SummaryFile.load(folder)
+        commit, size = commits(file.about), file.disk
+    else:
+        commit, size = noted_commits(folder / "run.json"), disk(folder)
+    return {"state": opened(folder).state, "commit": commit, "disk": size / 1e9, "folder": str(folder)}
 
 
 def noted_commits(path: Path) -> str | None:
@@ -121,16 +122,6 @@ def noted_commits(path: Path) -> str | None:
         return commits(read_json(path)) if path.is_file() else None
     except RunFolderError:
         return "unreadable"
-
-
-def disk(folder: Path) -> int:
-    """Bytes of all files in a folder; a run that goes on may remove one of them meanwhile."""
-    size = 0
-    for where, _, names in os.walk(folder):
-        for name in names:
-            with suppress(FileNotFoundError):
-                size += Path(where, name).stat().st_size
-    return size
 
 
 def commits(provenance: dict[str, Any]) -> str | None:

@@ -12,9 +12,8 @@ from typing import NamedTuple
 import numpy as np
 
 from curionav_cli.results.comparison.run_summaries import RunSummary
-from curionav_cli.results.runs import Run
+from curionav_cli.results.summary_file import opened
 from curionav_cli.results.tables import percent
-from curionav_cli.storage.run_folder import RunFolder
 
 NEAR, FAR = 5.0, 15.0  # metres from the dock
 UNDECIDED = "not decided"
@@ -93,7 +92,7 @@ def near_dock(runs: Runs, steps: int) -> tuple[float, Bounds]:
 @cache
 def visits(run: RunSummary) -> tuple[int, int, int, int]:
     """Visits within NEAR of the dock and the visitable cells there; the same beyond FAR."""
-    counted = Run(RunFolder(run.folder)).coverage
+    counted = opened(run.folder).coverage
     away = counted.plan.away(counted.plan.dock or counted.plan.start)
     near, far = (counted.plan.visitable & where for where in (away <= NEAR, away > FAR))
     return int(counted.visits[near].sum()), int(near.sum()), int(counted.visits[far].sum()), int(far.sum())

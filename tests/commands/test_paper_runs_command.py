@@ -107,3 +107,33 @@ def test_what_does_not_learn_is_no_run_of_the_papers_agent(cli: Cli, tmp_path: P
     assert answer.code == 0 and "LEFT OUT: frozen evaluates a trained agent" in answer.out, answer.error
     assert [row["folder"] for row in rows(tmp_path / "out" / "runs.csv")] == ["learner"]
     assert rows(tmp_path / "out" / "verdicts.csv")[0]["n"] == "1 of 2"
+
+
+def test_summaries_of_runs_stand_for_their_folders(cli: Cli, sweep: Path, tmp_path: Path) -> None:
+    """The tables are the same, but for the run without an episode, of which there is no summary."""
+    exported = cli("export", "sweep", "--to", "summary", "out=kept")
+    assert exported.code == 1 and "LEFT OUT: sweep/3_d has no finished episode" in exported.out, exported
+    assert "curionav compare kept" in exported.out and len(list((tmp_path / "kept").iterdir())) == 3
+    for name, given in (("of_folders", "sweep"), ("of_summaries", "kept")):
+        answer = cli("paper", "figures", given, f"out={name}")
+        assert answer.code == 0, answer.error
+    for table in ("verdicts", "against", "arms", "coverage", "runs"):
+        known = [[{key: value for key, value in row.items() if key not in ("folder", "seconds", "disk")}
+                  for row in rows(tmp_path / name / f"{table}.csv") if row.get("steps") != "0"]
+                 for name in ("of_folders", "of_summaries")]
+        assert sorted(map(str, known[0])) == sorted(map(str, known[1])) and known[0], table
+    made = [{path.name for path in (tmp_path / name).iterdir()} for name in ("of_folders", "of_summaries")]
+    assert made[0] == made[1] and "best_large_lab_changes=true.png" in made[1]
+    compared = cli("compare", "kept", "out=compared")
+    assert compared.code == 0 and "heatmaps_large_lab_changes=true.png" in compared.out, compared.error
+
+
+@pytest.mark.parametrize(("words", "said"), [
+    (("kept",), "Name the format"), (("nowhere", "--to", "summary"), "There is no folder nowhere"),
+    (("--to", "summary"), "curionav export outputs/DATE/SWEEP --to summary"),
+    (("sweep/0_a", "--to", "summary", "images=raw"), "export has no setting images")])
+def test_a_wrong_export_of_summaries_is_one_clear_line(cli: Cli, sweep: Path, words: tuple[str, ...], said: str
+                                                       ) -> None:
+    answer = cli("export", *words)
+    assert answer.code == 2 and said in answer.error and "Traceback" not in answer.error, answer
+    assert not Path("summaries").exists()

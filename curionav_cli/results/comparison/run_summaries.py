@@ -10,12 +10,11 @@ import numpy as np
 from curionav_cli.errors import RunFolderError
 from curionav_cli.files import read_json
 from curionav_cli.results.coverage import Curve
-from curionav_cli.results.integrity import noted
+from curionav_cli.results.integrity import ReadablePart, noted
 from curionav_cli.results.labels import Settings, arm_settings, world_settings
 from curionav_cli.results.runs import Run, job_number, spent
-from curionav_cli.storage.run_folder import RunFolder, no_folder
-
-NOTED = ("landing", "visitable")  # how a run counts itself as it goes
+from curionav_cli.results.summary_file import COUNTED, SUFFIX, SummarisedRun, is_summary, opened
+from curionav_cli.storage.run_folder import no_folder
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,39 +59,53 @@ class RunSummary:
 
 
 def folders(path: Path) -> list[Path]:
-    """Find the run at `path`, or every job of the sweep there, those that never began too, by their numbers.
+    """Find the run at `path`, or every job of the sweep there, those that never began too, by their numbers. A run's
+    summary file stands for it, and a folder of them for a sweep.
 
-    Raises RunFolderError where there is neither.
+    Raises RunFolderError where there is none of these.
     """
-    if (path / "config.yaml").is_file():
+    if (path / "config.yaml").is_file() or (path.is_file() and is_summary(path)):
         return [path]
     jobs = {mark.parent for name in (".hydra", "run.json") for mark in path.glob(f"*/{name}")}
     if not path.is_dir():
         raise RunFolderError(no_folder(path))
+    jobs |= set(path.glob(f"*{SUFFIX}"))
     if not jobs:
-        raise RunFolderError(f"{path} holds neither a run nor a sweep.")
+        raise RunFolderError(f"{path} holds neither a run nor a sweep, nor summaries of runs.")
     return sorted(jobs, key=lambda job: job_number(job.name))
 
 
 def read(folder: Path, rule: str, denominator: str) -> RunSummary:
-    """Read the run in `folder`. Raises RunFolderError where nothing of it can be shown."""
+    """Read the run in `folder`, or of its summary file. Raises RunFolderError where nothing of it can be shown."""
+    run = opened(folder, rule, denominator)
+    if isinstance(run, SummarisedRun):
+        return summarised(run)
     if not (folder / "config.yaml").is_file():
         raise RunFolderError(f"{folder} did not begin; if it failed, its log says why")
-    run = Run(RunFolder(folder), rule, denominator)
     if not run.plan.bounded:
         raise RunFolderError(f"{folder} explored a real floor without a map of it (env.floor), so its coverage is a "
                              "number of cells, and no share that can be compared")
     fixed, metrics = read_json(folder / "fixed.json"), run.folder.metrics()
-    found = (noted(run.folder, run.plan, metrics) if (rule, denominator) == NOTED else None) or run.readable
-    state, error = found.status.get("state") or "unknown", found.status.get("error") or ""
+    found = (noted(run.folder, run.plan, metrics) if (rule, denominator) == COUNTED else None) or run.readable
     if len(found.ends) == 1:
-        raise RunFolderError("; ".join([f"{folder} has no finished episode ({state})",
-                                        *filter(None, [error, found.lost])]))
-    ends = np.array(found.ends)
-    budget = {key: np.append(sums, np.full(max(0, len(ends) - len(sums)), np.nan))
+        raise RunFolderError("; ".join([f"{folder} has no finished episode ({found.status.get('state') or 'unknown'})",
+                                        *filter(None, [found.status.get("error"), found.lost])]))
+    budget = {key: np.append(sums, np.full(max(0, len(found.ends) - len(sums)), np.nan))
               for key, sums in spent(metrics).items()}
+    return summary(run, fixed, found, budget)
+
+
+def summarised(run: SummarisedRun) -> RunSummary:
+    """Read a summary file: of its budget only what was spent by its end. Raises RunFolderError where it is broken."""
+    file = run.file
+    budget = {key: np.array([0.0, *[np.nan] * (len(file.ends) - 2), file.spent.get(key, np.nan)]) for key in spent([])}
+    return summary(run, file.fixed, run.readable, budget)
+
+
+def summary(run: Run, fixed: Settings, found: ReadablePart, budget: dict[str, np.ndarray]) -> RunSummary:
+    """What was read of a run, by the names that a comparison has for it."""
+    state, error = found.status.get("state") or "unknown", found.status.get("error") or ""
     seed = f"{fixed['training seed']} / {run.seed}" if "training seed" in fixed else run.seed
-    return RunSummary(folder, run.config["env"], run.agent, seed, run.preset, arm_settings(fixed),
-                      world_settings(fixed),
-                      found.curve, ends, budget, state, error, state == "done" and not found.lost, found.gaps,
-                      found.status.get("explored_at"))
+    return RunSummary(run.folder.path, run.config["env"], run.agent, seed, run.preset, arm_settings(fixed),
+                      world_settings(fixed), found.curve, np.array(found.ends), budget, state, error,
+                      state == "done" and not found.lost, found.gaps, found.status.get("explored_at"))

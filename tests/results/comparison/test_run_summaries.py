@@ -111,6 +111,18 @@ def test_a_torn_line_costs_the_budget_only(a_run):
     assert summary.spent(15)["seconds"] == 9 and np.isnan(summary.spent(20)["seconds"])
 
 
+def test_an_episode_that_a_run_adds_meanwhile_is_not_missing(a_run, an_episode, monkeypatch):
+    run, listed = a_run(), RunFolder.episode_paths
+
+    def then_saved(self):
+        paths = listed(self)
+        run.save_episode(4, an_episode(steps=5))
+        return paths
+    monkeypatch.setattr(RunFolder, "episode_paths", then_saved)
+    summary = read(run.path, "swept", "visitable")
+    assert (summary.steps, summary.gaps) == (20, ()), summary.gaps
+
+
 def test_a_broken_status_is_named_and_the_rest_shown(a_run):
     run = a_run()
     (run.path / "status.json").write_text("{")
