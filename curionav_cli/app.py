@@ -161,9 +161,10 @@ def export(words: opt.ExportWords = None, to: opt.ExportTo = None, out: opt.Expo
 
 
 @app.command()
-def paper(words: opt.PaperWords = None, out: opt.PaperOut = None, page: opt.PaperPage = None) -> None:
+def paper(words: opt.PaperWords = None, out: opt.PaperOut = None, page: opt.PaperPage = None,
+          keep: opt.PaperKeep = None) -> None:
     """Write the paper's tables, and each of its numbers beside ours."""
-    command_with_words("paper", words, out=out, page=page)
+    command_with_words("paper", words, out=out, page=page, keep=keep)
 
 
 robot = typer.Typer(help="A real robot: see whether it can be driven.", no_args_is_help=True, context_settings=opt.HELP)

@@ -131,6 +131,8 @@ PaperWords = Annotated[list[str] | None, folders(
 PaperOut = Annotated[str | None, option("paper", "out", f"{OUT} Default: the current one.")]
 PaperPage = Annotated[str | None, option(
     "paper", "page", "figures, changes: Markdown pages, comma-separated, whose blocks get the tables and pictures.")]
+PaperKeep = Annotated[str | None, option(
+    "paper", "keep", "figures: yes: what stands in out of other worlds than those of the runs stays. Default: no.")]
 
 Profile = Annotated[str, typer.Argument(metavar="PROFILE", help="turtlebot2i, turtlebot3, turtlebot4, or your own.")]
 RobotWords = Annotated[list[str] | None, typer.Argument(

@@ -30,7 +30,7 @@ from curionav_cli.storage.run_folder import RunFolder
 
 WHAT = ("hyperparameters", "sizes", "docking", "numbers", "figures", "changes")
 OF_RUNS = ("numbers", "figures", "changes")
-CHOICES: dict[str, tuple[str, ...]] = {"out": (), "page": ()}
+CHOICES: dict[str, tuple[str, ...]] = {"out": (), "page": (), "keep": ("yes", "no")}
 PAGE = "paper-vs-ours.md"
 TITLES = {
     "protocol": "Episodes, steps, cells and battery.", "surfaces": "Sizes of the worlds.",
@@ -58,6 +58,8 @@ def run(words: list[str]) -> int:
         raise ConfigError(f"curionav paper {what} reads no runs, only settings. Leave out {folders[0]}.")
     if "page" in chosen and what not in paper_page.NAMES:
         raise ConfigError(f"curionav paper {what} has no page=. That goes with {' and '.join(paper_page.NAMES)}.")
+    if "keep" in chosen and what != "figures":
+        raise ConfigError(f"curionav paper {what} has no keep=. That goes with figures.")
     out, command = folder_for(chosen.get("out", ".")), shlex.join(["curionav", "paper", *words])
     console = a_console()
     lost: list[str] = []
@@ -68,7 +70,7 @@ def run(words: list[str]) -> int:
         return 0
     if what in paper_page.NAMES:
         pages = [place(page) for page in chosen.get("page", "").split(",") if page]
-        return paper_runs.run(what, folders, out, console, command, pages)
+        return paper_runs.run(what, folders, out, console, command, pages, chosen.get("keep") == "yes")
     if what == "numbers":
         parts, lost = numbers(folders)
         texts = {PAGE: page_blocks.filled(page(command, parts, lost), written_before(out / PAGE))}

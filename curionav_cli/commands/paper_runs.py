@@ -18,6 +18,7 @@ from curionav_cli.results import (
     changes,
     page_blocks,
     paper_figures,
+    paper_kept,
     paper_lengths,
     paper_page,
     plots,
@@ -35,19 +36,24 @@ NAME_RUNS = "There is no run to read. Name folders of runs or sweeps, as in: cur
 NO_PAIR = ("What change costs is not shown: no two of these runs have the same agent and seed, one with "
            "env.changes=true and one with env.changes=false.")
 
+ALL_COLUMNS = {  # of each table of `figures`, also where no row knows anything of them
+    "verdicts": verdicts.COLUMNS, "against": verdicts.AGAINST_COLUMNS, "arms": paper_lengths.ARM_COLUMNS,
+    "coverage": paper_lengths.COVERAGE_COLUMNS, "runs": paper_lengths.RUN_COLUMNS}
 VERDICTS = (
     "The paper's claims by the rules of docs/paper-length.md: our numbers up to where the runs go, and a verdict; not "
     "decided where what is missing of the declared runs could still change it. Of these runs alone: where it would be "
     "another one had no other run been declared.")
 
 
-def run(what: str, folders: Sequence[Path], out: Path, console: Console, command: str, pages: Sequence[Path]) -> int:
+def run(what: str, folders: Sequence[Path], out: Path, console: Console, command: str, pages: Sequence[Path],
+        keep: bool = False) -> int:
     """Draw and write what one of `figures` and `changes` is; returns the exit code.
 
     command: the line that was typed. pages: Markdown pages whose blocks get the tables, instead of a page in out.
+    keep: what stands in out of other worlds than those of the runs stays, as `figures` has it.
     """
     before = {page: page_blocks.opened(page, what, paper_page.NAMES[what]) for page in pages}
-    made, parts, lost = (figures if what == "figures" else effects)(folders, out)
+    made, parts, lost = figures(folders, out, keep) if what == "figures" else effects(folders, out)
     for part in parts:
         print_columns(part.rows, part.columns, console, [heading for heading, _, _ in part.columns], part.title)
         write_text(out / f"{part.name}.csv", tables.comma_separated(part.rows))
@@ -63,9 +69,9 @@ def run(what: str, folders: Sequence[Path], out: Path, console: Console, command
     return 0
 
 
-def figures(folders: Sequence[Path], out: Path) -> tuple[list[str], list[Table], list[str]]:
+def figures(folders: Sequence[Path], out: Path, keep: bool = False) -> tuple[list[str], list[Table], list[str]]:
     """The paper's figures of coverage, its claims with their verdicts, what each run covered and cost, and a line about
-    each run that cannot be shown."""
+    each run that cannot be shown. keep: with tables and pictures of other worlds that are in out."""
     runs, lost = paper_lengths.read_learning(folders)
     if not runs:
         raise ConfigError("\n".join([*lost, NAME_RUNS.format("figures")]))
@@ -82,7 +88,11 @@ def figures(folders: Sequence[Path], out: Path) -> tuple[list[str], list[Table],
                   "steps; its curve ends there." for row in rows if row["state"] != "done"]
     second = [f"Not drawn: {run.folder}, {reason}." for run, reason in comparison.left_out.items()
               if TWICE in reason]
-    return made, [part for part in (*claims(shown), *tables_of(shown, everyone, rows)) if part.rows], [
+    parts, scenes = [*claims(shown), *tables_of(shown, everyone, rows)], {one.scene for one in everyone}
+    if keep:
+        parts = [paper_kept.merged(part, ALL_COLUMNS[part.name], out, scenes) for part in parts]
+        made = paper_kept.pictures(out, made, scenes)
+    return made, [part for part in parts if part.rows], [
         *unfinished, *second, *(f"GAP: {gap}" for run in runs for gap in run.gaps), *lost]
 
 

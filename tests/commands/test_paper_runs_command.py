@@ -137,3 +137,42 @@ def test_a_wrong_export_of_summaries_is_one_clear_line(cli: Cli, sweep: Path, wo
     answer = cli("export", *words)
     assert answer.code == 2 and said in answer.error and "Traceback" not in answer.error, answer
     assert not Path("summaries").exists()
+
+
+def test_what_is_there_of_other_worlds_stays_where_it_is_asked_for(cli: Cli, sweep: Path, tmp_path: Path, an_episode,
+                                                                   a_plan) -> None:
+    assert cli("paper", "figures", "sweep", "out=out").code == 0
+    tables = ("verdicts", "against", "arms", "coverage", "runs")
+    before = {name: rows(tmp_path / "out" / f"{name}.csv") for name in tables}
+    run = RunFolder(tmp_path / "room")
+    run.create(SETTINGS.format(agent="lbs_dreamer", changes="true").replace("large_lab", "small_room"),
+               {"agent": {"name": "lbs_dreamer"}, "env": {}}, {}, a_plan())
+    (run.path / "episodes").mkdir(exist_ok=True)
+    run.save_episode(0, an_episode(steps=3))
+    run.set_status(state="done", episode=1)
+    page = tmp_path / "page.md"
+    page.write_text(block("figures", "pictures") + "\n")
+    answer = cli("paper", "figures", "room", "out=out", "keep=yes", "page=page.md")
+    assert answer.code == 0, answer.error
+    for name in tables:
+        found = rows(tmp_path / "out" / f"{name}.csv")
+        old = [row for row in before[name] if row["env"].startswith("large_lab")]
+        assert [{key: row[key] for key in old[0]} for row in found if row["env"].startswith("large_lab")] == old, name
+    verdicts = rows(tmp_path / "out" / "verdicts.csv")
+    assert len(verdicts) == 8 and [row["n"] for row in verdicts if row["env"] == "small_room"] == ["1 of 2"]
+    assert rows(tmp_path / "out" / "runs.csv")[0]["env"] == "small_room", "in the paper's order"
+    assert "](out/small_room.png)" in page.read_text() and "](out/large_lab.png)" in page.read_text()
+    assert cli("paper", "figures", "room", "out=out", "page=page.md").code == 0
+    assert [row["env"] for row in rows(tmp_path / "out" / "runs.csv")] == ["small_room"]
+    assert "large_lab" not in page.read_text()
+
+
+@pytest.mark.parametrize("text", ["not a table\n1,2\n", "env,arm,seed,steps\nlarge_lab,bounce,0,many\n", "env\na,b\n"])
+def test_a_table_that_is_none_is_one_clear_line(cli: Cli, sweep: Path, text: str) -> None:
+    Path("out").mkdir()
+    Path("out/runs.csv").write_text(text)
+    answer = cli("paper", "figures", "sweep/2_c", "out=out", "keep=yes")
+    assert answer.code == 2 and "runs.csv is not a table of curionav paper figures" in answer.error, answer
+    assert Path("out/runs.csv").read_text() == text
+    wrong = cli("paper", "sizes", "keep=yes")
+    assert wrong.code == 2 and "curionav paper sizes has no keep=" in wrong.error
