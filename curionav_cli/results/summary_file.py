@@ -72,7 +72,8 @@ class SummaryFile:
             visits = arrays["visits"].astype(np.int64)
             if visits.shape != plan.visitable.shape or not len(ends) or len(found) != (visits > 0).sum():
                 raise ValueError("its arrays are not of one run")
-            if not all(isinstance(text[key], Mapping) for key in TEXTS):
+            objects = [text[key] for key in TEXTS] + [text["settings"][key] for key in ("env", "agent")]
+            if not all(isinstance(one, Mapping) for one in objects) or not {"seed", "scale"} <= text["settings"].keys():
                 raise ValueError("its texts are not of a run")
             return cls(plan, found, np.append(0, ends), visits, **{key: text[key] for key in TEXTS}, lost=text["lost"],
                        gaps=tuple(text["gaps"]), disk=text["disk"])
