@@ -89,7 +89,7 @@ def test_what_it_does_not_hold_is_refused_in_a_line(a_run, tmp_path):
 @pytest.mark.parametrize("change", [
     {"visits": np.zeros((2, 2), np.uint32)}, {"ends": np.zeros(0, np.int32)}, {"found": np.ones(2, np.int32)},
     {"run": np.array("[]")}, {"run": np.array(json.dumps({"settings": 1}))},
-    {"run": np.array(json.dumps(dict.fromkeys(("fixed", "about", "status", "spent"), {})
+    {"run": np.array(json.dumps({key: {} for key in ("fixed", "about", "status", "spent")}
                                 | {"settings": {"env": {}, "agent": {}}}))}])
 def test_a_file_that_is_none_is_refused_in_a_line(a_run, tmp_path, change):
     file = tmp_path / "out" / written(a_run(), tmp_path / "out")
