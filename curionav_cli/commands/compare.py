@@ -38,6 +38,7 @@ from curionav_cli.results.probing import plots as probe_plots
 from curionav_cli.results.probing.curves import UPDATES, ProbeField, sort_into_fields
 from curionav_cli.results.probing.curves import read_all as read_curves
 from curionav_cli.results.runs import Run
+from curionav_cli.results.summary_file import is_summary
 from curionav_cli.results.tables import Row, comma_separated
 
 CHOICES: dict[str, tuple[str, ...]] = {
@@ -63,6 +64,9 @@ def run(words: list[str]) -> int:
     best = {file_name(field.env): report_page.best_runs(field, counting) for field in comparison.fields}
     notes = [*estimates.notes(comparison, baseline), *probe_estimates.notes(probes), *left_out, *lost]
     notes += [line for runs in best.values() for line in report_page.gap_lines(runs) if line not in notes]
+    if any(is_summary(run.folder) for run in runs):
+        notes.append("Summaries of runs hold neither episodes nor measurements on the probe: film and tables of the "
+                     "probe are made of run folders alone.")
     report = Report(shlex.join(["curionav", "compare", *words]), comparison, probes, baseline, counting, at, notes)
     made = write(report, folder, best)
     console = a_console()

@@ -29,10 +29,14 @@ def run(words: list[str]) -> int:
     paths, chosen = sorted_out("export", words, CHOICES)
     out = folder_for(chosen.get("out", DEFAULT))
     jobs, lost = jobs_in(paths)
-    made = []
+    made: dict[str, Path] = {}
     for job in jobs.values():
         try:
-            made.append(written(job, out))
+            name = written(job, out)
+            if name in made:
+                lost.append(f"LEFT OUT: {made[name]} has the settings and seed of {job}, which has as many steps or "
+                            f"more and is now in {out / name}")
+            made[name] = job
         except RunFolderError as error:
             lost.append(f"LEFT OUT: {error}")
     if not made:
@@ -41,7 +45,7 @@ def run(words: list[str]) -> int:
     console = a_console()
     for line in lost:
         console.print(line, soft_wrap=True, highlight=False, markup=False)
-    print_files(console, out, made)
+    print_files(console, out, list(made))
     print_next(console, [f"curionav compare {shlex.quote(str(out))}"])
     return 1 if lost else 0
 
@@ -55,7 +59,10 @@ def written(job: Path, out: Path) -> str:
         raise RunFolderError(f"{job} is a summary already: copy the file")
     name = name_of(found := read(job, *COUNTED))
     if (out / name).exists():
-        there = int(SummaryFile.load(out / name).ends[-1])
+        try:
+            there = int(SummaryFile.load(out / name).ends[-1])
+        except RunFolderError as error:
+            raise RunFolderError(f"{error} Or remove it, and export {job} again") from error
         if there > found.steps:
             raise RunFolderError(f"{out / name} holds {there:,} steps of the same run, and {job} has {found.steps:,}. "
                                  "Remove the file to write it anew, or name another folder with out=DIR")

@@ -25,6 +25,9 @@ def run(words: list[str]) -> int:
 
     own = [word for word in words if word.partition("=")[0] in CHOICES]
     chosen = {"to": "glb", "episode": "0", **dict(choice("export", word, CHOICES) for word in own)}
+    if folder := next((word for word in words if "=" not in word), None):
+        raise ConfigError(f"--to glb writes a world, and {folder} is no setting of one. Name it, as in: "
+                          "curionav export env=small_room --to glb")
     settings = composed("explore", *(word for word in words if word not in own))
     world = build.scene(settings)
     path = place(chosen.get("out", f"{world.name}.{chosen['to']}"))

@@ -78,9 +78,6 @@ def figures(folders: Sequence[Path], out: Path, keep: bool = False) -> tuple[lis
     out.mkdir(parents=True, exist_ok=True)
     comparison = compare(runs)
     shown, made = paper_lengths.drawn(comparison), []
-    for name, figure in paper_figures.figures(shown, plots.looks({one.arm: one.run.agent for one in shown})):
-        plots.save(figure, out / f"{name}.png")
-        made.append(f"{name}.png")
     everyone, read = paper_lengths.named(comparison), {run.folder.resolve() for run in runs}
     rows = [*paper_lengths.rows(everyone),
             *paper_lengths.begun_only([job for whole, job in jobs_in(folders)[0].items() if whole not in read])]
@@ -89,11 +86,16 @@ def figures(folders: Sequence[Path], out: Path, keep: bool = False) -> tuple[lis
     second = [f"Not drawn: {run.folder}, {reason}." for run, reason in comparison.left_out.items()
               if TWICE in reason]
     parts, scenes = [*claims(shown), *tables_of(shown, everyone, rows)], {one.scene for one in everyone}
-    if keep:
+    if keep:  # before anything is drawn: a table that cannot be read leaves all as it is
         parts = [paper_kept.merged(part, ALL_COLUMNS[part.name], out, scenes) for part in parts]
+    for name, figure in paper_figures.figures(shown, plots.looks({one.arm: one.run.agent for one in shown})):
+        plots.save(figure, out / f"{name}.png")
+        made.append(f"{name}.png")
+    if keep:
         made = paper_kept.pictures(out, made, scenes)
     return made, [part for part in parts if part.rows], [
-        *unfinished, *second, *(f"GAP: {gap}" for run in runs for gap in run.gaps), *lost]
+        *unfinished, *second, *(paper_kept.apartments_line(parts, scenes) if keep else ()),
+        *(f"GAP: {gap}" for run in runs for gap in run.gaps), *lost]
 
 
 def claims(shown: Sequence[Drawn]) -> list[Table]:

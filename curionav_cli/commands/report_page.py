@@ -49,6 +49,9 @@ def draw_best(best: dict[str, list[Run]], figures: Path) -> list[str]:
 
 def film_last_episode(runs: Sequence[Run], path: Path) -> str:
     """Make a film of the last episode of the run that covered most; returns its caption, "" where it cannot be made."""
+    runs = [run for run in runs if not is_summary(run.folder.path)]  # which have no episodes
+    if not runs:
+        return ""
     best = max(runs, key=lambda run: run.coverage.visited)
     try:
         episode = Episode.load(best.episodes[-1])

@@ -10,7 +10,7 @@ from typing import Any
 from curionav_cli.errors import ConfigError
 from curionav_cli.results import tables
 from curionav_cli.results.comparison.tables import Table
-from curionav_cli.results.paper_lengths import UNTIL
+from curionav_cli.results.paper_lengths import APARTMENTS, UNTIL
 from curionav_cli.results.tables import Columns, Row
 
 
@@ -65,6 +65,17 @@ def by_world(row: Row) -> int:
 def pictures(out: Path, made: Sequence[str], scenes: Collection[str]) -> list[str]:
     """Names of pictures in `out` of the paper's worlds other than `scenes`, and of those just made."""
     others = [scene for scene in UNTIL if scene not in scenes]
+    if not set(APARTMENTS) & set(scenes):
+        others.append("apartments")  # one picture of them all
     begin = tuple(f"{best}{scene}{end}" for scene in others for best in ("", "best_") for end in "._")
     kept = [path.name for path in sorted(out.glob("*.png")) if path.name.startswith(begin)]
     return list(dict.fromkeys([*made, *kept]))
+
+
+def apartments_line(parts: Sequence[Table], scenes: Collection[str]) -> list[str]:
+    """A line where tables have apartments that the one picture of all of them now lacks."""
+    drawn = [scene for scene in APARTMENTS if scene in scenes]
+    there = {scene_of(row) for part in parts if part.name == "runs" for row in part.rows}
+    lacking = [scene for scene in APARTMENTS if scene in there and scene not in drawn]
+    return [f"apartments.png shows {', '.join(drawn)} alone, and the tables have {', '.join(lacking)} too: the picture "
+            "is drawn of given runs. Name theirs as well."] if drawn and lacking else []

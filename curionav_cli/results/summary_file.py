@@ -125,9 +125,10 @@ def summarised(folder: Path, about: Mapping[str, Any]) -> SummaryFile:
     """
     run = Run(RunFolder(folder))
     status = {key: run.readable.status.get(key) for key in ("state", "error", "explored_at")} | {"state": run.state}
+    lost, *gaps = (line.replace(f"{folder}/", f"{folder.name}/") for line in (run.readable.lost, *run.readable.gaps))
     return SummaryFile(run.plan, run.curve.found, np.array(run.readable.ends), run.coverage.visits, run.config,
                        read_json(folder / "fixed.json"), dict(about), status, spent_by_end(run.folder),
-                       run.readable.lost, run.readable.gaps, disk(folder))
+                       lost, tuple(gaps), disk(folder))
 
 
 def spent_by_end(run: RunFolder) -> dict[str, float]:

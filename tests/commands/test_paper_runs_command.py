@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import shutil
 from dataclasses import replace
 from pathlib import Path
 
@@ -10,6 +11,8 @@ import numpy as np
 import pytest
 from entry import Cli
 
+from curionav_cli.results import paper_kept
+from curionav_cli.results.comparison.tables import Table
 from curionav_cli.results.page_blocks import block
 from curionav_cli.storage.run_folder import RunFolder
 
@@ -126,12 +129,27 @@ def test_summaries_of_runs_stand_for_their_folders(cli: Cli, sweep: Path, tmp_pa
     assert made[0] == made[1] and "best_large_lab_changes=true.png" in made[1]
     compared = cli("compare", "kept", "out=compared")
     assert compared.code == 0 and "heatmaps_large_lab_changes=true.png" in compared.out, compared.error
+    assert "film and tables of the probe are made of run folders alone" in compared.out
+
+
+def test_of_two_runs_with_the_same_settings_one_is_named_as_left_out(cli: Cli, sweep: Path, tmp_path: Path) -> None:
+    shutil.copytree(sweep / "0_a", sweep / "4_a")
+    answer = cli("export", "sweep/0_a", "sweep/4_a", "--to", "summary", "out=kept")
+    assert answer.code == 1 and "LEFT OUT: sweep/0_a has the settings and seed of sweep/4_a" in answer.out, answer
+    assert answer.out.count(".summary.npz") == 2 and len(list((tmp_path / "kept").iterdir())) == 1
+
+
+def test_a_file_of_another_name_is_one_clear_line(cli: Cli, sweep: Path, tmp_path: Path) -> None:
+    (tmp_path / "renamed.npz").write_bytes(b"")
+    answer = cli("compare", "renamed.npz")
+    assert answer.code == 2 and "the name of one ends in .summary.npz" in answer.error, answer
 
 
 @pytest.mark.parametrize(("words", "said"), [
     (("kept",), "Name the format"), (("nowhere", "--to", "summary"), "There is no folder nowhere"),
     (("--to", "summary"), "curionav export outputs/DATE/SWEEP --to summary"),
-    (("sweep/0_a", "--to", "summary", "images=raw"), "export has no setting images")])
+    (("sweep/0_a", "--to", "summary", "images=raw"), "export has no setting images"),
+    (("sweep", "--to", "glb"), "--to glb writes a world, and sweep is no setting of one")])
 def test_a_wrong_export_of_summaries_is_one_clear_line(cli: Cli, sweep: Path, words: tuple[str, ...], said: str
                                                        ) -> None:
     answer = cli("export", *words)
@@ -173,6 +191,19 @@ def test_a_table_that_is_none_is_one_clear_line(cli: Cli, sweep: Path, text: str
     Path("out/runs.csv").write_text(text)
     answer = cli("paper", "figures", "sweep/2_c", "out=out", "keep=yes")
     assert answer.code == 2 and "runs.csv is not a table of curionav paper figures" in answer.error, answer
-    assert Path("out/runs.csv").read_text() == text
+    assert Path("out/runs.csv").read_text() == text and [path.name for path in Path("out").iterdir()] == ["runs.csv"]
     wrong = cli("paper", "sizes", "keep=yes")
     assert wrong.code == 2 and "curionav paper sizes has no keep=" in wrong.error
+
+
+def test_the_one_picture_of_all_apartments_stays_where_none_is_given(tmp_path: Path) -> None:
+    """Where some are given it is drawn of them, and a line says which of the tables it lacks."""
+    for name in ("apartments.png", "best_apartment_1.png", "small_room.png", "others.png"):
+        (tmp_path / name).touch()
+    assert paper_kept.pictures(tmp_path, ["small_room.png"], {"small_room"}) == [
+        "small_room.png", "apartments.png", "best_apartment_1.png"]
+    assert paper_kept.pictures(tmp_path, [], {"apartment_0"}) == ["best_apartment_1.png", "small_room.png"]
+    runs = [Table("runs", "", (), [{"env": "apartment_0"}, {"env": "apartment_1 changes=true"}])]
+    assert paper_kept.apartments_line(runs, {"small_room"}) == []
+    [line] = paper_kept.apartments_line(runs, {"apartment_0"})
+    assert line.startswith("apartments.png shows apartment_0 alone, and the tables have apartment_1 too")

@@ -64,7 +64,10 @@ def test_it_holds_no_command_and_no_folder_and_the_same_bytes_each_time(a_run, t
     assert about == {"git_commit": "c" * 40, "torch": "2", "question": "Why?"}
     before = file.read_bytes()
     assert file.name == written(folder, tmp_path / "out") and file.read_bytes() == before
-    assert str(tmp_path).encode() not in before
+    (folder / "episodes" / "000001.npz").write_bytes(b"cut")
+    short = SummaryFile.load(tmp_path / "cut" / written(folder, tmp_path / "cut"))
+    assert short.lost.startswith("run/episodes/000001.npz is not whole") and short.lost in short.gaps
+    assert not any(str(tmp_path) in line for line in short.gaps)
 
 
 def test_a_longer_file_of_the_same_run_is_not_overwritten(a_run, tmp_path):
@@ -100,3 +103,20 @@ def test_a_file_that_is_none_is_refused_in_a_line(a_run, tmp_path, change):
     file.write_bytes(file.read_bytes()[:200])
     with pytest.raises(RunFolderError, match="is not whole"):
         read(file, *COUNTED)
+
+
+def test_a_broken_file_in_its_place_is_not_overwritten_and_the_line_says_what_to_do(a_run, tmp_path):
+    folder = a_run()
+    file = tmp_path / "out" / written(folder, tmp_path / "out")
+    file.write_bytes(b"cut")
+    with pytest.raises(RunFolderError, match=r"is not whole .* Or remove it, and export .*run again"):
+        written(folder, tmp_path / "out")
+    assert file.read_bytes() == b"cut"
+
+
+def test_a_test_of_docking_is_named_as_one(a_run):
+    folder = a_run(0)
+    RunFolder(folder).write_metrics([{"code": 1}])
+    RunFolder(folder).set_status(state="done")
+    with pytest.raises(RunFolderError, match=r"is a test of docking \(curionav dock\), which counts no coverage"):
+        read(folder, *COUNTED)

@@ -10,6 +10,7 @@ import numpy as np
 from curionav_cli.errors import RunFolderError
 from curionav_cli.files import read_json
 from curionav_cli.results.coverage import Curve
+from curionav_cli.results.docking import came_home
 from curionav_cli.results.integrity import ReadablePart, noted
 from curionav_cli.results.labels import Settings, arm_settings, world_settings
 from curionav_cli.results.runs import Run, job_number, spent
@@ -66,6 +67,9 @@ def folders(path: Path) -> list[Path]:
     """
     if (path / "config.yaml").is_file() or (path.is_file() and is_summary(path)):
         return [path]
+    if path.is_file():
+        raise RunFolderError(f"{path} is a file, and neither the folder of a run nor a summary: the name of one ends "
+                             f"in {SUFFIX}")
     jobs = {mark.parent for name in (".hydra", "run.json") for mark in path.glob(f"*/{name}")}
     if not path.is_dir():
         raise RunFolderError(no_folder(path))
@@ -87,6 +91,8 @@ def read(folder: Path, rule: str, denominator: str) -> RunSummary:
                              "number of cells, and no share that can be compared")
     fixed, metrics = read_json(folder / "fixed.json"), run.folder.metrics()
     found = (noted(run.folder, run.plan, metrics) if (rule, denominator) == COUNTED else None) or run.readable
+    if len(found.ends) == 1 and came_home(run.folder):
+        raise RunFolderError(f"{folder} is a test of docking (curionav dock), which counts no coverage")
     if len(found.ends) == 1:
         raise RunFolderError("; ".join([f"{folder} has no finished episode ({found.status.get('state') or 'unknown'})",
                                         *filter(None, [found.status.get("error"), found.lost])]))
