@@ -65,7 +65,7 @@ def test_robots_and_explorers_work_in_a_scan(cli: Cli, a_mesh: Path, tmp_path: P
 def test_what_cannot_be_exported_is_answered(cli: Cli, a_mesh: Path) -> None:
     for words, about in ((("env=small_room", "out=room.glb"), "exists already"),
                          (("env=small_room", "out=room.obj"), "must end in .glb"),
-                         (("env=small_room", "to=obj"), "is not one of mcap, glb"),
+                         (("env=small_room", "to=obj"), "is not one of mcap, summary, glb"),
                          (("env=small_room", "episode=x"), "is not the number of an episode"),
                          ((*SCAN, "out=b.glb"), "is a mesh already"), (("env=nowhere",), "nowhere")):
         answer = cli("export", "to=glb", *words)
