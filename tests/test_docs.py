@@ -126,6 +126,7 @@ def named(tmp_path_factory: pytest.TempPathFactory, an_episode, a_plan) -> Path:
     for name in ("0_small_room_lbs_dreamer_0", "1_small_room_lbs_dreamer_1"):
         shutil.copytree(run.path, folder / "outputs" / "DATE" / "SWEEP" / name)
     (folder / "outputs" / "summaries").mkdir()
+    (folder / "docs" / "length" / "runs").mkdir(parents=True)
     return folder
 
 
@@ -189,7 +190,7 @@ CABIN = re.compile(r"^Put this into `(\S+)`:\n\n```yaml\n(.*?)^```$", re.MULTILI
 BY_ANOTHER_TEST = ("agent=turner", "env=replica_apartment_")  # test_another_agent.py, test_scan_commands.py
 LONG = ("history", "comparison", "cbet.md")  # pages with sweeps of the apartments
 WORLDS: dict[str, World] = {}
-READS_RUNS = ("compare", "coverage", "paper", "map", "runs", "evaluate")
+READS_RUNS = ("compare", "coverage", "paper", "map", "runs", "evaluate", "export")
 
 
 @pytest.fixture
